@@ -88,7 +88,7 @@ int reaches_needed(LampList lamps, int lamp, int needed[DIRECTIONS])
 {
   float radius = lobe_radius(lamps.radius[lamp]);
   for (int i = lamp + 1; i < lamps.count; i++) {
-    if (needed[i] && 1.0 - dot(lamps.direction[lamp], lamps.direction[i]) < LOBE_REACH * radius * radius) {
+    if (needed[i] && dot(lamps.direction[lamp], lamps.direction[i]) > cos(LOBE_REACH * radius)) {
       return 1;
     }
   }
@@ -158,7 +158,8 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
       if (radius >= SMALL_LAMP_RADIUS) {
         height = clamp(height, -MOST_TAKEN * all.mixed[i], mixture.left * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
         /* over a lamp that reaches the horizon the fit falls to 0 */
-        height *= max(1.0 - sin(radius) / l[2], 0.0);
+        float raised = clamp(l[2] / (1.5 * sin(radius)), 0.0, 1.0);
+        height *= raised * raised;
       }
       /* near other lamps, the lobes before this one carry a part already */
       height -= eval_lobes(FLAT_RAMP, lobes, wo, l);
@@ -181,8 +182,7 @@ closure color lamp_lobe_closures(float FLAT_RAMP[], LampLobes lobes, ShadingFram
   for (int i = 0; i < lobes.count; i++) {
     vector half = normalize(frame.wo + lobes.axis[i]);
     color height = lobes.height[i];
-    float weight = LAMP_LOBE_WEIGHT +
-                   LOBE_SOLID_ANGLE / lobes.exponent[i] * (fabs(height[0]) + fabs(height[1]) + fabs(height[2])) / 3.0;
+    float weight = LAMP_LOBE_WEIGHT;
     color top = height * (M_2PI / (weight * dot(half, lobes.axis[i]) * (lobes.exponent[i] + 2.0)));
     color ramp[KNOTS];
     for (int j = 0; j < KNOTS; j++) {

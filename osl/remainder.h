@@ -5,7 +5,6 @@ struct RemainderPlan {
   int sampled;              /* whether this sample has a direction */
   float probability;        /* with which it has */
   float toward_lamp;        /* the share of the directions that are taken about a lamp */
-  float odds;               /* at which a direction is followed at least, to all other closures */
 };
 
 RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
@@ -15,7 +14,6 @@ RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
   float size = min(largest / LARGE_LAMP_RADIUS, 1.0);
   plan.probability = max(mixture.probability, size * LARGE_LAMP_PROBABILITY);
   plan.toward_lamp = largest > 0.0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
-  plan.odds = size * LARGE_LAMP_ODDS;
   plan.sampled = random(seed, RANDOM_REMAINDER) < plan.probability;
   return plan;
 }
@@ -34,6 +32,11 @@ vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, poi
   return wi;
 }
 
+float sum_of(color c)
+{
+  return c[0] + c[1] + c[2];
+}
+
 /* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes. Where
  * the mixture is above the fit after all, it is taken away toward known lamps only: a direction that meets a light by
  * chance, and takes it away, would leave a black pixel. */
@@ -42,24 +45,36 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
 {
   int last = all.count - 1;
   vector wi = all.direction[last];
-  color left = is_in_lamp(lamps, wi) ? all.left[last] : max(all.left[last], 0.0);
-  color value = left - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
+  color lobed = eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
+  color value = all.left[last] - lobed;
+  float corrected = 0.0;
+  float above = lamp_above(lamps, wi);
+  if (above > 0.0) {
+    color present = all.mixed[last] + lobed;
+    value = max(value, -MOST_TAKEN * above * present);
+    corrected = min(sum_of(fabs(value)) / max(sum_of(present), LEAST_WEIGHT), 1.0);
+    if (corrected < NEGLIGIBLE) {
+      value = 0.0;
+    }
+  }
+  else {
+    value = mixture.balance * max(all.left[last], 0.0) - lobed;
+  }
   float density = (1.0 - plan.toward_lamp) * all.density;
   if (plan.toward_lamp > 0.0) {
     density += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
   vector half = normalize(mixture.wo + wi);
   color carried = value / (plan.probability * density);
-  /* what carries more is followed more often */
-  color albedo = mixture.left;
+  /* the weights of all closures are the albedo in the mean; what carries more is followed more often */
+  color spent = 0.0;
   for (int k = 0; k < LOBES; k++) {
-    albedo += mixture.weight[k];
+    spent += mixture.weight[k];
   }
-  albedo = max(albedo, color(LEAST_COLOUR * largest(albedo)));
-  color size = fabs(carried) / albedo;
-  color usual = mixture.left / (plan.probability * albedo);
-  size = max(max(CARRIED_WEIGHT * size, usual), color(plan.odds));
-  color weight = max(largest(size) * albedo, color(LEAST_WEIGHT));
+  color usual = max(mixture.albedo - spent, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
+  float size = sum_of(fabs(carried)) * plan.probability / max(sum_of(mixture.left), LEAST_WEIGHT);
+  color weight = max(mix(1.0, size, CARRIED_WEIGHT) * usual, mixture.albedo * (corrected / plan.probability));
+  weight = max(weight, color(max(LEAST_COLOUR * largest(weight), LEAST_WEIGHT)));
   color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];
   for (int j = 0; j < KNOTS; j++) {
