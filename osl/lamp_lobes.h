@@ -158,7 +158,7 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
       if (radius >= SMALL_LAMP_RADIUS) {
         height = clamp(height, -MOST_TAKEN * all.mixed[i], mixture.left * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
         /* over a lamp that reaches the horizon the fit falls to 0 */
-        float raised = clamp(l[2] / (1.5 * sin(radius)), 0.0, 1.0);
+        float raised = min(l[2] / (LOBE_RAISED * sin(radius)), 1.0);
         height *= raised * raised;
       }
       /* near other lamps, the lobes before this one carry a part already */

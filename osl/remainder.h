@@ -32,14 +32,18 @@ vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, poi
   return wi;
 }
 
+/* The sum of the channels. */
 float sum_of(color c)
 {
   return c[0] + c[1] + c[2];
 }
 
-/* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes. Where
- * the mixture is above the fit after all, it is taken away toward known lamps only: a direction that meets a light by
- * chance, and takes it away, would leave a black pixel. */
+/* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes.
+ *
+ * Toward a known lamp it corrects what the mixture and the lobe show, where that matters. It takes away no more than a
+ * share of that, and is followed as often as the correction is large, so that a sample never takes much more than others
+ * show. Elsewhere it takes nothing away, as a direction that meets a light by chance would leave a black pixel: what
+ * the mixture has above the fit is given less of what is left instead. */
 closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
                                 RemainderPlan plan, ShadingFrame frame, color tint)
 {
@@ -50,9 +54,9 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   float corrected = 0.0;
   float above = lamp_above(lamps, wi);
   if (above > 0.0) {
-    color present = all.mixed[last] + lobed;
-    value = max(value, -MOST_TAKEN * above * present);
-    corrected = min(sum_of(fabs(value)) / max(sum_of(present), LEAST_WEIGHT), 1.0);
+    color shown = all.mixed[last] + lobed;
+    value = max(value, -MOST_TAKEN * above * shown);
+    corrected = min(sum_of(fabs(value)) / max(sum_of(shown), LEAST_WEIGHT), 1.0);
     if (corrected < NEGLIGIBLE) {
       value = 0.0;
     }
@@ -66,14 +70,15 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   }
   vector half = normalize(mixture.wo + wi);
   color carried = value / (plan.probability * density);
-  /* the weights of all closures are the albedo in the mean; what carries more is followed more often */
+  /* in the mean the weights of all closures are the albedo of the fit, which is the denoiser's */
   color spent = 0.0;
   for (int k = 0; k < LOBES; k++) {
     spent += mixture.weight[k];
   }
   color usual = max(mixture.albedo - spent, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
+  /* what carries more is followed more often */
   float size = sum_of(fabs(carried)) * plan.probability / max(sum_of(mixture.left), LEAST_WEIGHT);
-  color weight = max(mix(1.0, size, CARRIED_WEIGHT) * usual, mixture.albedo * (corrected / plan.probability));
+  color weight = max(size * usual, mixture.albedo * (corrected / plan.probability));
   weight = max(weight, color(max(LEAST_COLOUR * largest(weight), LEAST_WEIGHT)));
   color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];

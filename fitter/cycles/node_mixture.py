@@ -5,8 +5,9 @@ and some others (`node_lobes`), whose roughness, tilt, anisotropy and colour cha
 them linearly between the tabulated angles. The colours of an anisotropic fit change with the viewer's azimuth phi too,
 as A cos^2 phi + B sin^2 phi about the first principal axis.
 
-The kinds of the lobes are chosen one after the other among many, all of whose shapes do not change with the angle; then
-the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the absolute error in which the
+The lobes are what is left of many, whose shapes do not change with the angle, after those have been removed without
+which the error grows least (B. Hassibi, D. G. Stork: Second Order Derivatives for Network Pruning: Optimal Brain
+Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the absolute error in which the
 colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares
 Problems Whose Variables Separate, 1973) and second differences from angle to angle are penalised.
 """
@@ -19,6 +20,7 @@ import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray, RealArray
+from ..shader_constants import LEAST_FOLLOWED
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of
@@ -35,12 +37,10 @@ _SHEEN = (0.15, 0.3, 0.6, 1.0)                                  # candidates for
 _TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of anisotropic fits
 _TURNED_TILTS = (0.0, 0.5)
 _ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
-_TRIED = 6                      # candidates for a lobe that are looked at closer
-_ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth
-_WORTH = 0.009                  # of the light: a lobe that puts less of it right takes more time than it is worth
-_CHOICE_REWEIGHTINGS = 2
-_CHOICE_VIEWS = slice(0, None, 5)
+_WORTH = 0.006                  # of the light: a lobe that puts less of it right takes more time than it is worth
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
+_CHOICE_VIEWS = 12              # and at about how many angles
+_CHOICE_REWEIGHTINGS = 2        # of as few lobes as an engine has
 _ITERATIONS = 10                 # of the refinement, for each of two floors
 _SETTLED = 1e-3                 # of the error: a step that lowers it by less is the last
 _TRIES = 4                      # of a step
@@ -50,16 +50,17 @@ _NARROWEST, _SHEEREST = 0.04, 0.05      # roughness of a facet and of sheen
 _MOST_TILTED = 1.0
 _LOWEST = 0.3                   # cosine of a tilted normal and the viewer, in that of the surface's
 _MOST_ANISOTROPIC = 0.78
+_THRIFTLESS = 0.05             # by which share those may be above it
 _FLOOR, _LAST_FLOOR = 0.1, 0.02         # absolute errors below this share of the mean radiance count as squared ones
 _FIRMNESS = 10.0                # of the albedo's squared errors
-_THRIFT = 3.0                   # and of those of the weights of all closures, which are the denoiser's albedo
+_THRIFT = 1.0                   # and of those of the weights of all closures, which are the denoiser's albedo
 _RIDGE = 1e-4                   # of the squared colours, in the squared target
 _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
 _DARKEST = 1e-12                # albedo, whose square is far from the least number of single precision
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
-_ABOVE = 10.0                 # what is above the target counts as this many times as much that is below
+_ABOVE = 10.0                   # what is above the target counts as this many times as much that is below
 _BELOW_REWEIGHTINGS = 20
 _PROBABILITY = 3.0              # of sampling the remainder, per share of the light in it
 _PROBABILITIES = (0.2, 1.0)     # bounds of that probability
@@ -108,6 +109,10 @@ class Sampling(NamedTuple):
         Of the directions, that follow the density of each lobe (`node_lobes.density`) and, the last, none.
     probability : (stops,)
         With which a sample of a shading point has a direction.
+    albedo, left : (stops, channels)
+        The mean albedo over the azimuths: of the fit, and of what the lobes leave of it.
+    balance : (stops, channels)
+        What is left is multiplied by this where what is above the fit is not taken away: the albedo is then the fit's.
     """
 
     below: FloatArray
@@ -213,7 +218,8 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
 def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
     if not engine.anisotropic:
         views = replace(views, phases=np.ones((len(views.phases), 1)))
-    chosen = _choose(views.only(_CHOICE_VIEWS, _CHOICE), engine, turn is not None)
+    few = slice(0, None, len(views.theta) // _CHOICE_VIEWS)
+    chosen = _choose(views.only(few, _CHOICE), engine, turn is not None)
     kinds, shape = _shapes(chosen, views.theta[::2], engine)
     found = _refined(views, turn, engine, kinds, shape)
     return found._replace(sampling=_sampling(views, found)) if engine.sampled else found
@@ -239,7 +245,11 @@ def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
     """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
     views, kinds, shape = views.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
     columns = _columns(views, kinds, shape)
-    below = _below(views, columns)
+    below, albedo = _below(views, columns), views.albedo.mean(axis=1)
+    # the weights of all closures are the denoiser's albedo, of which a direction needs a part
+    room = np.minimum((1 + _THRIFTLESS) * albedo, np.maximum(albedo, 1)) - LEAST_FOLLOWED * albedo
+    weights = below.sum(axis=1).mean(axis=1)
+    below *= np.minimum(room / np.maximum(weights, _TINY), 1)[:, None, None]
     apart = views.target - _radiance(columns, below)
     left = np.maximum(apart, 0).sum(axis=1)
     carried = left + np.float32(_DIM) * views.target.sum(axis=1)
@@ -249,7 +259,7 @@ def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
     missing, above = (views.reflected(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
-    return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), views.albedo.mean(axis=1), missing,
+    return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing,
                     np.maximum(1 - above / np.maximum(missing, _TINY), 0))
 
 
@@ -306,7 +316,7 @@ def _with_phases(views: Views, values: RealArray) -> RealArray:
 
 def _flat(views: Views, columns: RealArray, weight: float = 1.0) -> RealArray:
     """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, columns, rows). The weight of a
-    closure is its colour, that of a derivative 0."""
+    white closure is 1, that of a derivative by its shape 0."""
     weights = weight * views.phases.T.astype(columns.dtype)
     rows = views.rows(columns, np.broadcast_to(weights, columns.shape[:-1]))
     return np.asarray(rows.reshape(len(rows), -1, rows.shape[-1]))
@@ -320,8 +330,9 @@ def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
 
 
 def _absolute(views: Views, left: RealArray, floor: float) -> RealArray:
-    """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with that of
-    the albedo: otherwise the best approximation of a peak beside the measured one would be none."""
+    """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with those of
+    the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the closures'
+    weights."""
     azimuths = len(views.phases)
     weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
     weight += (floor * views.light / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
