@@ -81,8 +81,8 @@ LEAST_LAMP_COSINE = 0.1
 
 # Mixes (osl/mix.osl).
 
-# Measured materials that Cycles has room for at one point: it has 64 closures, and a material fills up to 27, its
-# mixture 12, each of four lamps 3, a sampled direction 3.
+# Measured materials that Cycles has room for at one point: it has 64 closures, and a material fills up to 28, its
+# mixture 13, each of four lamps 3, a sampled direction 3.
 MOST_MIXED = 2
 
 # Lobes at lamps (osl/lamp_lobes.h).
@@ -116,8 +116,8 @@ LOBE_EDGE_KNOT = 4
 LOBE_RAISED = 1.5
 # Share of all that a mixture below the fit leaves of it that the lobe of a lamp carries at most which is not small.
 MOST_GIVEN = 1.0
-# Share of what is shown toward a lamp that its lobe, or a sampled direction, takes away at most.
-MOST_TAKEN = 0.4
+# Share of the mixture that the lobe of a lamp which is not small takes away at most, where it is above the fit.
+MOST_TAKEN = 0.8
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
 # What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7/4 for the flat part, and the rest beyond it.
@@ -147,8 +147,10 @@ LARGE_LAMP_SHARE = 0.7
 LARGE_LAMP_PROBABILITY = 0.5
 # Share of the albedo that the weights of sampled directions are at least in the mean.
 LEAST_FOLLOWED = 0.03
-# Share of what is shown toward a lamp below which a sampled direction does not correct it.
-NEGLIGIBLE = 0.05
+# Share of what is shown toward a lamp that a sampled direction takes away at most.
+MOST_CORRECTED = 0.55
+# And below which a sampled direction does not correct it.
+NEGLIGIBLE = 0.04
 
 # The shading frame, and the horizon (osl/shading_frame.h).
 

@@ -55,7 +55,7 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   float above = lamp_above(lamps, wi);
   if (above > 0.0) {
     color shown = all.mixed[last] + lobed;
-    value = max(value, -MOST_TAKEN * above * shown);
+    value = max(value, -MOST_CORRECTED * above * shown);
     corrected = min(sum_of(fabs(value)) / max(sum_of(shown), LEAST_WEIGHT), 1.0);
     if (corrected < NEGLIGIBLE) {
       value = 0.0;
