@@ -57,6 +57,8 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
     color shown = all.mixed[last] + lobed;
     value = max(value, -MOST_CORRECTED * above * shown);
     corrected = min(sum_of(fabs(value)) / max(sum_of(shown), LEAST_WEIGHT), 1.0);
+    /* a channel of which little is shown is not what says how often it is followed */
+    value = max(value, -MOST_AT_ONCE * corrected * shown);
     if (corrected < NEGLIGIBLE) {
       value = 0.0;
     }
