@@ -111,8 +111,8 @@ LOBE_TILT = 0.0079
 # The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, to .6 %, and ends at the
 # next one.
 LOBE_EDGE_KNOT = 4
-# In the sine of its radius, the cosine of incidence below which the lobe of a lamp gets lower: the fit falls to 0 at the
-# horizon.
+# In the sine of its radius, the cosine of incidence below which the lobe of a lamp gets lower: the fit falls to 0 at
+# the horizon.
 LOBE_RAISED = 1.5
 # Share of all that a mixture below the fit leaves of it that the lobe of a lamp carries at most which is not small.
 MOST_GIVEN = 1.0

@@ -205,8 +205,8 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
     """What `osl/mixture.h` reads: (constants, tables).
 
     A row of the table holds, for each stop, roughness, tilt, anisotropy and the colours of each lobe, and those with
-    which it stays below the fit; then the shares of the sampled directions, their probability, the albedo of the fit, that
-    of what they carry, and its factor.
+    which it stays below the fit; then the shares of the sampled directions, their probability, the albedo of the
+    fit, that of what they carry, and its factor.
     """
     stops, lobes, phases, channels = mixture.colour.shape
     constants = {"CHANNELS": channels, "PHASES": phases, "STOPS": stops, "LOBES": lobes,

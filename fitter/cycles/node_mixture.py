@@ -7,9 +7,10 @@ as A cos^2 phi + B sin^2 phi about the first principal axis.
 
 The lobes are what is left of many, whose shapes do not change with the angle, after those have been removed without
 which the error grows least (B. Hassibi, D. G. Stork: Second Order Derivatives for Network Pruning: Optimal Brain
-Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the absolute error in which the
-colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares
-Problems Whose Variables Separate, 1973) and second differences from angle to angle are penalised.
+Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the
+absolute error in which the colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and
+Nonlinear Least Squares Problems Whose Variables Separate, 1973) and second differences from angle to angle are
+penalised.
 """
 
 from collections.abc import Callable, Sequence
@@ -241,10 +242,11 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
                        float(np.abs((found - views.albedo) / mean)[shown].max()))
 
 
-def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
+def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
     """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
-    views, kinds, shape = views.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
-    columns = _columns(views, kinds, shape)
+    views, kinds, shape = every.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
+    everywhere = _columns(every, kinds, Shape(*(_between(mixture.theta, every.theta, each) for each in shape)))
+    columns = everywhere[::2]
     below, albedo = _below(views, columns), views.albedo.mean(axis=1)
     # the weights of all closures are the denoiser's albedo, of which a direction needs a part
     room = np.minimum((1 + _THRIFTLESS) * albedo, np.maximum(albedo, 1)) - LEAST_FOLLOWED * albedo
@@ -258,9 +260,17 @@ def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
     flat = (len(carried), -1)
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
-    missing, above = (views.reflected(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
-    return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing,
-                    np.maximum(1 - above / np.maximum(missing, _TINY), 0))
+    apart = every.target - _radiance(everywhere, _between(mixture.theta, every.theta, below))
+    missing, above = (every.reflected(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
+    balance = 1 - _about_stops(above) / np.maximum(_about_stops(missing), _TINY)
+    return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing[::2],
+                    np.maximum(balance, 0))
+
+
+def _about_stops(values: FloatArray) -> FloatArray:
+    """Values at stops and half of those between them and the next ones, (views, ...): (stops, ...)."""
+    halved = 0.5 * np.pad(values[1::2], ((1, 1), *((0, 0),) * (values.ndim - 1)))
+    return np.asarray(values[::2] + halved[:-1] + halved[1:])
 
 
 def _below(views: Views, columns: RealArray) -> FloatArray:
@@ -331,8 +341,8 @@ def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
 
 def _absolute(views: Views, left: RealArray, floor: float) -> RealArray:
     """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with those of
-    the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the closures'
-    weights."""
+    the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the
+    closures' weights."""
     azimuths = len(views.phases)
     weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
     weight += (floor * views.light / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
@@ -360,7 +370,8 @@ class _Lobes(NamedTuple):
     def normal(self, weight: RealArray) -> FloatArray:
         """The normal equations of weighted squares: (views, channels, columns, columns)."""
         if self.products is None:
-            return ((weight[:, :, None] * self.columns[:, None]) @ np.swapaxes(self.columns, 1, 2)[:, None]).astype(float)
+            weighted = weight[:, :, None] * self.columns[:, None]
+            return np.asarray((weighted @ np.swapaxes(self.columns, 1, 2)[:, None]).astype(float))
         count = self.columns.shape[1]
         pair = np.zeros((count, count), int)
         pair[_PAIRS[count]] = np.arange(self.products.shape[1])
