@@ -143,8 +143,8 @@ void evaluate_all(FIT_PARAMETERS, Mixture mixture, output Evaluated all)
 }
 
 /* The lobes at the lamps, or at some of many: as high as what is left in the middle of the lamp. Those of lamps that are
- * not small reflect no more than a share of all that is left, as a peak may be narrower than the lamp, and take away no more than
- * half of the mixture, as toward the lamp's edge that may be less. */
+ * not small reflect no more than all that is left, as a peak may be narrower than the lamp, and take away no more than a
+ * share of the mixture, as toward the lamp's edge that may be less. */
 void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mixture, float times[MAX_LAMPS],
                     output LampLobes lobes)
 {
@@ -157,7 +157,7 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
       color height = all.left[i];
       if (radius >= SMALL_LAMP_RADIUS) {
         height = clamp(height, -MOST_TAKEN * all.mixed[i], mixture.left * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
-        /* over a lamp that reaches the horizon the fit falls to 0 */
+        /* over a lamp near the horizon the fit falls to 0 */
         float raised = min(l[2] / (LOBE_RAISED * sin(radius)), 1.0);
         height *= raised * raised;
       }
@@ -174,8 +174,8 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
   }
 }
 
-/* A lobe is picked about as often as it reflects light, and hardly ever where that is little: Cycles finds lamps by
- * sampling them. */
+/* A lobe is hardly ever followed: Cycles finds lamps by sampling them, and the weights of all closures are the denoiser's
+ * albedo. */
 closure color lamp_lobe_closures(float FLAT_RAMP[], LampLobes lobes, ShadingFrame frame, color tint)
 {
   closure color sum = 0;

@@ -213,7 +213,7 @@ def test_a_lobe_is_flat_over_its_lamp_in_the_mean(probe, curet, radius):
     assert falloff.min() == pytest.approx(LOBE_EDGE_KNOT / 7, abs=2e-3)
 
 
-def test_what_a_lobe_reflects_is_the_weight_that_it_is_given(probe, curet):
+def test_what_a_lobe_reflects_is_what_its_height_is_bounded_by(probe, curet):
     """LOBE_SOLID_ANGLE over the exponent, to 10 %, by a sum over rings."""
     fit = fitter.fit(curet("felt"), 2, None)
     code = """
