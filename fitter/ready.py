@@ -102,11 +102,14 @@ def read(path: str | Path) -> Ready:
 
 def _mixture(kinds: NDArray[Any], errors: NDArray[Any], colours: NDArray[Any], table: NDArray[Any]) -> NodeMixture:
     lobes = len(kinds)
-    widths = 1, lobes, lobes, lobes, lobes + 1, 1           # of the columns that `write` writes
-    theta, *shape, shares, probability = np.split(table.astype(float), np.cumsum(widths)[:-1], axis=1)
+    channels = colours.shape[-1]
+    # of the columns that `write` writes
+    widths = 1, lobes, lobes, lobes, lobes + 1, 1, channels, channels, channels
+    theta, *shape, shares, probability, albedo, left, balance = np.split(table.astype(float), np.cumsum(widths)[:-1],
+                                                                         axis=1)
     colour, *below = colours.astype(float)
     *found, turn = errors.tolist()
-    sampling = Sampling(below[0], shares, probability[:, 0]) if below else None
+    sampling = Sampling(below[0], shares, probability[:, 0], albedo, left, balance) if below else None
     return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour,
                        None if np.isnan(turn) else turn, sampling, *found)
 

@@ -81,8 +81,8 @@ LEAST_LAMP_COSINE = 0.1
 
 # Mixes (osl/mix.osl).
 
-# Measured materials that Cycles has room for at one point: it has 64 closures, and a material fills up to 27, its
-# mixture 12, each of four lamps 3, a sampled direction 3.
+# Measured materials that Cycles has room for at one point: it has 64 closures, and a material fills up to 28, its
+# mixture 13, each of four lamps 3, a sampled direction 3.
 MOST_MIXED = 2
 
 # Lobes at lamps (osl/lamp_lobes.h).
@@ -96,9 +96,8 @@ FRUGAL_LOBES = 1
 # By how much a lobe is wider than its lamp, beside which it falls off: two standard deviations of the directions about
 # a sampled one (REMAINDER_EXPONENT). Else what is sampled just outside, where the lobe is low, spreads over the lamp.
 LOBE_MARGIN = 0.002
-# One less the cosine of the angle to which a lobe reaches, in the square of its radius: 2 is twice the radius,
-# where a lobe has fallen below 1e-5.
-LOBE_REACH = 2.0
+# The angle to which a lobe reaches, in that up to which it is flat: it is 0 from the knot below the edge's on.
+LOBE_REACH = 1.24
 # Below this angular radius, that of the sun, the fit counts as constant over a lamp, and its lobe alone renders it,
 # since sampled directions would seldom hit it; at a larger one directions are sampled.
 SMALL_LAMP_RADIUS = 0.005
@@ -108,19 +107,23 @@ MAX_LOBE_RADIUS = 0.6
 MIN_LOBE_RADIUS = 0.0185
 # The angle of the axis of a small lamp's lobe from the lamp. On the axis Cycles' cosine may round to more than 1, which
 # its power makes 0.3 % and no ramp makes up for; where the cosine's power is 0.903, the lobe is as high, and flattest.
-LOBE_TILT = 0.00423
-# The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, and ends soon after.
-LOBE_EDGE_KNOT = 1
-# Share of all that a mixture below the fit leaves of it that the lobe of a lamp carries which is not small.
-MOST_GIVEN = 0.1
+LOBE_TILT = 0.0079
+# The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, to .6 %, and ends at the
+# next one.
+LOBE_EDGE_KNOT = 4
+# In the sine of its radius, the cosine of incidence below which the lobe of a lamp gets lower: the fit falls to 0 at
+# the horizon.
+LOBE_RAISED = 1.5
+# Share of all that a mixture below the fit leaves of it that the lobe of a lamp carries at most which is not small.
+MOST_GIVEN = 1.0
 # Share of the mixture that the lobe of a lamp which is not small takes away at most, where it is above the fit.
-MOST_TAKEN = 0.5
+MOST_TAKEN = 0.8
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
-# What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7 for the flat part, and the rest beyond it.
-LOBE_SOLID_ANGLE = 15.0
-# Least closure weight of a lobe. Cycles finds lamps by sampling them, and should hardly ever follow a lobe instead; a
-# closure below 1e-5 would be dropped.
+# What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7/4 for the flat part, and the rest beyond it.
+LOBE_SOLID_ANGLE = 4.3
+# Closure weight of a lobe. Cycles finds lamps by sampling them, and should hardly ever follow a lobe instead; a closure
+# below 1e-5 would be dropped.
 LAMP_LOBE_WEIGHT = 2e-4
 
 # The sampled remainder (osl/remainder.h).
@@ -128,25 +131,28 @@ LAMP_LOBE_WEIGHT = 2e-4
 # Exponent of the phong_ramp that sends a path in the sampled direction: about 0.08 degrees wide, as narrow as single
 # precision evaluates well.
 REMAINDER_EXPONENT = 1e6
-# The closure weight of a sampled direction in what it carries, where that is more than its usual share.
-CARRIED_WEIGHT = 0.5
 # The least colour of its closure weight in a channel, in that of the largest: the fit may have none of a colour.
 LEAST_COLOUR = 0.01
 # Its least closure weight: Cycles drops closures below 1e-5.
 LEAST_WEIGHT = 2e-4
 # Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
-# lamp, and those beyond its edge are no rarer than the lobe is low.
-CONE_EXPONENT = 0.7
+# lamp.
+CONE_EXPONENT = 2.4
 # Share of the sampled directions that are taken about a lamp of no size.
 LEAST_LAMP_SHARE = 0.3
 # The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there.
 LARGE_LAMP_RADIUS = 0.06
 LARGE_LAMP_SHARE = 0.7
 # With such a lamp, directions are sampled at least with this probability.
-LARGE_LAMP_PROBABILITY = 1.0
-
-# The least odds at which they are followed there, to all other closures.
-LARGE_LAMP_ODDS = 0.4
+LARGE_LAMP_PROBABILITY = 0.5
+# Share of the albedo that the weights of sampled directions are at least in the mean.
+LEAST_FOLLOWED = 0.03
+# Share of what is shown toward a lamp that a sampled direction takes away at most.
+MOST_CORRECTED = 0.65
+# Times what is shown that one sample takes away at most of a channel.
+MOST_AT_ONCE = 8.0
+# Share of what is shown toward a lamp below which a sampled direction does not correct it.
+NEGLIGIBLE = 0.04
 
 # The shading frame, and the horizon (osl/shading_frame.h).
 

@@ -88,7 +88,7 @@ int reaches_needed(LampList lamps, int lamp, int needed[DIRECTIONS])
 {
   float radius = lobe_radius(lamps.radius[lamp]);
   for (int i = lamp + 1; i < lamps.count; i++) {
-    if (needed[i] && 1.0 - dot(lamps.direction[lamp], lamps.direction[i]) < LOBE_REACH * radius * radius) {
+    if (needed[i] && dot(lamps.direction[lamp], lamps.direction[i]) > cos(LOBE_REACH * radius)) {
       return 1;
     }
   }
@@ -143,8 +143,8 @@ void evaluate_all(FIT_PARAMETERS, Mixture mixture, output Evaluated all)
 }
 
 /* The lobes at the lamps, or at some of many: as high as what is left in the middle of the lamp. Those of lamps that are
- * not small reflect no more than a share of all that is left, as a peak may be narrower than the lamp, and take away no more than
- * half of the mixture, as toward the lamp's edge that may be less. */
+ * not small reflect no more than all that is left, as a peak may be narrower than the lamp, and take away no more than a
+ * share of the mixture, as toward the lamp's edge that may be less. */
 void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mixture, float times[MAX_LAMPS],
                     output LampLobes lobes)
 {
@@ -157,8 +157,9 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
       color height = all.left[i];
       if (radius >= SMALL_LAMP_RADIUS) {
         height = clamp(height, -MOST_TAKEN * all.mixed[i], mixture.left * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
-        /* over a lamp that reaches the horizon the fit falls to 0 */
-        height *= max(1.0 - sin(radius) / l[2], 0.0);
+        /* over a lamp near the horizon the fit falls to 0 */
+        float raised = min(l[2] / (LOBE_RAISED * sin(radius)), 1.0);
+        height *= raised * raised;
       }
       /* near other lamps, the lobes before this one carry a part already */
       height -= eval_lobes(FLAT_RAMP, lobes, wo, l);
@@ -173,16 +174,15 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
   }
 }
 
-/* A lobe is picked about as often as it reflects light, and hardly ever where that is little: Cycles finds lamps by
- * sampling them. */
+/* A lobe is hardly ever followed: Cycles finds lamps by sampling them, and the weights of all closures are the denoiser's
+ * albedo. */
 closure color lamp_lobe_closures(float FLAT_RAMP[], LampLobes lobes, ShadingFrame frame, color tint)
 {
   closure color sum = 0;
   for (int i = 0; i < lobes.count; i++) {
     vector half = normalize(frame.wo + lobes.axis[i]);
     color height = lobes.height[i];
-    float weight = LAMP_LOBE_WEIGHT +
-                   LOBE_SOLID_ANGLE / lobes.exponent[i] * (fabs(height[0]) + fabs(height[1]) + fabs(height[2])) / 3.0;
+    float weight = LAMP_LOBE_WEIGHT;
     color top = height * (M_2PI / (weight * dot(half, lobes.axis[i]) * (lobes.exponent[i] + 2.0)));
     color ramp[KNOTS];
     for (int j = 0; j < KNOTS; j++) {

@@ -89,15 +89,19 @@ int sample_lamp(LampList lamps, point seed)
   return chosen;
 }
 
-/* Whether a direction meets one of the lamps that are not small. */
-int is_in_lamp(LampList lamps, vector w)
+/* How much of a lamp that is not small is above the horizon, where a direction meets it or the reach of its lobe; else
+ * 0. */
+float lamp_above(LampList lamps, vector w)
 {
+  float above = 0.0;
   for (int i = 0; i < lamps.count; i++) {
-    if (lamps.radius[i] >= SMALL_LAMP_RADIUS && dot(w, lamps.direction[i]) > cos(lamps.radius[i])) {
-      return 1;
+    float radius = lamps.radius[i];
+    if (radius >= SMALL_LAMP_RADIUS &&
+        dot(w, lamps.direction[i]) > cos(LOBE_REACH * max(lobe_radius(radius), radius))) {
+      above = max(above, clamp(0.5 + 0.5 * lamps.direction[i][2] / sin(radius), 0.0, 1.0));
     }
   }
-  return 0;
+  return above;
 }
 
 /* A direction about a lamp. It may be below the horizon. */

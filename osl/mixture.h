@@ -11,7 +11,7 @@
 #endif
 #define COLOURS (PHASES * CHANNELS)
 #define LOBE_ROW (3 + 2 * COLOURS)
-#define STOP_ROW (LOBES * LOBE_ROW + LOBES + 2 + CHANNELS)
+#define STOP_ROW (LOBES * LOBE_ROW + LOBES + 2 + 3 * CHANNELS)
 
 struct Mixture {
   vector wo;                /* the viewing direction */
@@ -19,7 +19,9 @@ struct Mixture {
   float along[LOBES];       /* widths of a microfacet lobe; of sheen, its roughness */
   float across[LOBES];
   color weight[LOBES];
-  color left;               /* what a mixture below the fit leaves of its albedo */
+  color albedo;             /* of the fit */
+  color left;               /* what a mixture below the fit leaves of it */
+  color balance;            /* times which that makes up for what is above */
   float share[LOBES];       /* of the sampled directions */
   float probability;        /* with which a sample has a direction */
 };
@@ -93,7 +95,11 @@ void mixture_of(float MIXTURE[], vector wo, int below, output Mixture found)
   }
   at += LOBES * LOBE_ROW + LOBES + 1;
   found.probability = mixture_number(MIXTURE, at, t);
+  found.albedo = mix(COLOUR_READ(at + 1), COLOUR_READ(at + 1 + STOP_ROW), t);
+  at += CHANNELS;
   found.left = mix(COLOUR_READ(at + 1), COLOUR_READ(at + 1 + STOP_ROW), t);
+  at += CHANNELS;
+  found.balance = mix(COLOUR_READ(at + 1), COLOUR_READ(at + 1 + STOP_ROW), t);
 }
 
 /* Smith's Lambda of a direction in the frame of a lobe. */

@@ -5,7 +5,6 @@ struct RemainderPlan {
   int sampled;              /* whether this sample has a direction */
   float probability;        /* with which it has */
   float toward_lamp;        /* the share of the directions that are taken about a lamp */
-  float odds;               /* at which a direction is followed at least, to all other closures */
 };
 
 RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
@@ -15,7 +14,6 @@ RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
   float size = min(largest / LARGE_LAMP_RADIUS, 1.0);
   plan.probability = max(mixture.probability, size * LARGE_LAMP_PROBABILITY);
   plan.toward_lamp = largest > 0.0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
-  plan.odds = size * LARGE_LAMP_ODDS;
   plan.sampled = random(seed, RANDOM_REMAINDER) < plan.probability;
   return plan;
 }
@@ -34,32 +32,56 @@ vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, poi
   return wi;
 }
 
-/* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes. Where
- * the mixture is above the fit after all, it is taken away toward known lamps only: a direction that meets a light by
- * chance, and takes it away, would leave a black pixel. */
+/* The sum of the channels. */
+float sum_of(color c)
+{
+  return c[0] + c[1] + c[2];
+}
+
+/* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes.
+ *
+ * Toward a known lamp it corrects what the mixture and the lobe show, where that matters. It takes away no more than a
+ * share of that, and is followed as often as the correction is large, so that a sample never takes much more than others
+ * show. Elsewhere it takes nothing away, as a direction that meets a light by chance would leave a black pixel: what
+ * the mixture has above the fit is given less of what is left instead. */
 closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
                                 RemainderPlan plan, ShadingFrame frame, color tint)
 {
   int last = all.count - 1;
   vector wi = all.direction[last];
-  color left = is_in_lamp(lamps, wi) ? all.left[last] : max(all.left[last], 0.0);
-  color value = left - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
+  color lobed = eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
+  color value = all.left[last] - lobed;
+  float corrected = 0.0;
+  float above = lamp_above(lamps, wi);
+  if (above > 0.0) {
+    color shown = all.mixed[last] + lobed;
+    value = max(value, -MOST_CORRECTED * above * shown);
+    corrected = min(sum_of(fabs(value)) / max(sum_of(shown), LEAST_WEIGHT), 1.0);
+    /* a channel of which little is shown is not what says how often it is followed */
+    value = max(value, -MOST_AT_ONCE * corrected * shown);
+    if (corrected < NEGLIGIBLE) {
+      value = 0.0;
+    }
+  }
+  else {
+    value = mixture.balance * max(all.left[last], 0.0) - lobed;
+  }
   float density = (1.0 - plan.toward_lamp) * all.density;
   if (plan.toward_lamp > 0.0) {
     density += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
   vector half = normalize(mixture.wo + wi);
   color carried = value / (plan.probability * density);
-  /* what carries more is followed more often */
-  color albedo = mixture.left;
+  /* in the mean the weights of all closures are the albedo of the fit, which is the denoiser's */
+  color spent = 0.0;
   for (int k = 0; k < LOBES; k++) {
-    albedo += mixture.weight[k];
+    spent += mixture.weight[k];
   }
-  albedo = max(albedo, color(LEAST_COLOUR * largest(albedo)));
-  color size = fabs(carried) / albedo;
-  color usual = mixture.left / (plan.probability * albedo);
-  size = max(max(CARRIED_WEIGHT * size, usual), color(plan.odds));
-  color weight = max(largest(size) * albedo, color(LEAST_WEIGHT));
+  color usual = max(mixture.albedo - spent, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
+  /* what carries more is followed more often */
+  float size = sum_of(fabs(carried)) * plan.probability / max(sum_of(mixture.left), LEAST_WEIGHT);
+  color weight = max(size * usual, mixture.albedo * (corrected / plan.probability));
+  weight = max(weight, color(max(LEAST_COLOUR * largest(weight), LEAST_WEIGHT)));
   color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];
   for (int j = 0; j < KNOTS; j++) {

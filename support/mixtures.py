@@ -30,7 +30,8 @@ def made_mixture(turn=None, seed=5, channels=3):
     shape = node_lobes.Shape(np.where(plain, smooth(0.45, 0.95, lobes), 1.0), tilt, smooth(-0.6, 0.6, lobes) * plain)
     shares = smooth(0.5, 1.5, lobes + 1)
     colour = smooth(0.05, 0.3, lobes, 1 if turn is None else 2, 3)[..., :channels]
-    sampling = Sampling(0.7 * colour, shares / shares.sum(axis=1, keepdims=True), smooth(0.2, 1.0))
+    reflected = (smooth(low, high, channels) for low, high in ((0.5, 1.0), (0.1, 0.4), (0.8, 1.0)))
+    sampling = Sampling(0.7 * colour, shares / shares.sum(axis=1, keepdims=True), smooth(0.2, 1.0), *reflected)
     return NodeMixture(KINDS, theta, shape, colour, turn, sampling, 0.0, 0.0, 0.0)
 
 

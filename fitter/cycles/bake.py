@@ -23,7 +23,7 @@ from ..model import microfacet
 from ..model.fit import Fit
 from ..model.transform import LogRelative
 from ..samples import RGB
-from ..shader_constants import KNOTS, MAX_LAMPS, shader_constants
+from ..shader_constants import KNOTS, LOBE_EDGE_KNOT, MAX_LAMPS, shader_constants
 from .node_mixture import NodeMixture, cycles_mixture
 
 SHADER = "measured_brdf.osl"
@@ -211,7 +211,8 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
     """What `osl/mixture.h` reads: (constants, tables).
 
     A row of the table holds, for each stop, roughness, tilt, anisotropy and the colours of each lobe, and those with
-    which it stays below the fit; then the shares of the sampled directions, their probability, and what they carry.
+    which it stays below the fit; then the shares of the sampled directions, their probability, the albedo of the
+    fit, that of what they carry, and its factor.
     """
     stops, lobes, phases, channels = mixture.colour.shape
     constants = {"CHANNELS": channels, "PHASES": phases, "STOPS": stops, "LOBES": lobes,
@@ -222,10 +223,9 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
     shapes = np.stack(mixture.shape, axis=-1)
     if mixture.sampling is None:
         raise ValueError("a mixture that is not sampled; a shader takes that of Cycles")
-    below, shares, probability = mixture.sampling
+    below, shares, probability, *reflected = mixture.sampling
     rows = [shapes, *(each.reshape(stops, lobes, -1) for each in (mixture.colour, below))]
-    left = np.maximum((mixture.colour - below).sum(axis=1).mean(axis=1), 0)
-    table = np.concatenate([np.concatenate(rows, axis=-1).reshape(stops, -1), shares, probability[:, None], left],
+    table = np.concatenate([np.concatenate(rows, axis=-1).reshape(stops, -1), shares, probability[:, None], *reflected],
                            axis=1)
     return constants, {"MIXTURE": table}
 
@@ -238,7 +238,7 @@ def _flat_ramp() -> NDArray[np.float64]:
     """
     ramp = np.zeros(KNOTS)
     ramp[-1] = 1
-    for j in range(KNOTS - 2, 0, -1):
+    for j in range(KNOTS - 2, LOBE_EDGE_KNOT - 1, -1):
         ramp[j] = 2 * (KNOTS - 1) * math.log((j + 1) / j) - ramp[j + 1]
     return ramp
 

@@ -5,10 +5,12 @@ and some others (`node_lobes`), whose roughness, tilt, anisotropy and colour cha
 them linearly between the tabulated angles. The colours of an anisotropic fit change with the viewer's azimuth phi too,
 as A cos^2 phi + B sin^2 phi about the first principal axis.
 
-The kinds of the lobes are chosen one after the other among many, all of whose shapes do not change with the angle; then
-the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the absolute error in which the
-colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares
-Problems Whose Variables Separate, 1973) and second differences from angle to angle are penalised.
+The lobes are what is left of many, whose shapes do not change with the angle, after those have been removed without
+which the error grows least (B. Hassibi, D. G. Stork: Second Order Derivatives for Network Pruning: Optimal Brain
+Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the
+absolute error in which the colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and
+Nonlinear Least Squares Problems Whose Variables Separate, 1973) and second differences from angle to angle are
+penalised.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,6 +21,7 @@ import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray, RealArray
+from ..shader_constants import LEAST_FOLLOWED
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of
@@ -35,11 +38,11 @@ _SHEEN = (0.15, 0.3, 0.6, 1.0)                                  # candidates for
 _TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of anisotropic fits
 _TURNED_TILTS = (0.0, 0.5)
 _ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
-_TRIED = 6                      # candidates for a lobe that are looked at closer
-_ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth
-_WORTH = 0.1                    # a lobe that lowers it by less than this share takes more time than it is worth
+_WORTH = 0.006                  # of the light: a lobe that puts less of it right takes more time than it is worth
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
-_ITERATIONS = 6                 # of the refinement, for each of two floors
+_CHOICE_VIEWS = 12              # and at about how many angles
+_CHOICE_REWEIGHTINGS = 2        # of as few lobes as an engine has
+_ITERATIONS = 10                 # of the refinement, for each of two floors
 _SETTLED = 1e-3                 # of the error: a step that lowers it by less is the last
 _TRIES = 4                      # of a step
 _LONGEST = 0.3                  # step of a parameter
@@ -48,19 +51,24 @@ _NARROWEST, _SHEEREST = 0.04, 0.05      # roughness of a facet and of sheen
 _MOST_TILTED = 1.0
 _LOWEST = 0.3                   # cosine of a tilted normal and the viewer, in that of the surface's
 _MOST_ANISOTROPIC = 0.78
+_THRIFTLESS = 0.05             # by which share those may be above it
 _FLOOR, _LAST_FLOOR = 0.1, 0.02         # absolute errors below this share of the mean radiance count as squared ones
 _FIRMNESS = 10.0                # of the albedo's squared errors
+_THRIFT = 1.0                   # and of those of the weights of all closures, which are the denoiser's albedo
 _RIDGE = 1e-4                   # of the squared colours, in the squared target
 _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
 _DARKEST = 1e-12                # albedo, whose square is far from the least number of single precision
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
-_ABOVE = 300.0                 # what is above the target counts as this many times as much that is below
+_ABOVE = 10.0                   # what is above the target counts as this many times as much that is below
 _BELOW_REWEIGHTINGS = 20
 _PROBABILITY = 3.0              # of sampling the remainder, per share of the light in it
 _PROBABILITIES = (0.2, 1.0)     # bounds of that probability
 _DIM = 0.1                      # share of the target that sampled directions are prepared to carry anywhere
+
+
+_Lobe = tuple[Kind, float, float, float]       # kind, roughness, tilt and anisotropy
 
 
 class Engine(NamedTuple):
@@ -86,7 +94,7 @@ class Engine(NamedTuple):
     sampled: bool
 
 
-CYCLES = Engine(4, ("diffuse", "GGX", "Beckmann", "sheen"), (-_MOST_TILTED, _MOST_TILTED), True, True)
+CYCLES = Engine(6, ("diffuse", "GGX", "Beckmann", "sheen"), (-_MOST_TILTED, _MOST_TILTED), True, True)
 # EEVEE shows Beckmann as GGX, sheen as a diffuse closure and no anisotropy, and lights what lies below the horizon
 EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False, False)
 
@@ -102,11 +110,18 @@ class Sampling(NamedTuple):
         Of the directions, that follow the density of each lobe (`node_lobes.density`) and, the last, none.
     probability : (stops,)
         With which a sample of a shading point has a direction.
+    albedo, left : (stops, channels)
+        The mean albedo over the azimuths: of the fit, and of what the lobes leave of it.
+    balance : (stops, channels)
+        What is left is multiplied by this where what is above the fit is not taken away: the albedo is then the fit's.
     """
 
     below: FloatArray
     shares: FloatArray
     probability: FloatArray
+    albedo: FloatArray
+    left: FloatArray
+    balance: FloatArray
 
 
 class NodeMixture(NamedTuple):
@@ -204,17 +219,10 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
 def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
     if not engine.anisotropic:
         views = replace(views, phases=np.ones((len(views.phases), 1)))
-    kinds, shape = _choose(views.only(slice(0, None, 2), _CHOICE), engine, turn is not None)
-    found: NodeMixture | None = None
-    for count in range(1, engine.lobes + 1):
-        few = slice(0, 1 + count)
-        with progress.part(0.2 + 0.8 * (count - 1) / engine.lobes, 0.2 + 0.8 * count / engine.lobes):
-            more = _refined(views, turn, engine, kinds[few], Shape(*(each[:, few] for each in shape)))
-        if found is None or more.error < (1 - _WORTH) * found.error:
-            found = more
-        if found.error < _ENOUGH:
-            break
-    assert found is not None
+    few = slice(0, None, len(views.theta) // _CHOICE_VIEWS)
+    chosen = _choose(views.only(few, _CHOICE), engine, turn is not None)
+    kinds, shape = _shapes(chosen, views.theta[::2], engine)
+    found = _refined(views, turn, engine, kinds, shape)
     return found._replace(sampling=_sampling(views, found)) if engine.sampled else found
 
 
@@ -234,19 +242,35 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
                        float(np.abs((found - views.albedo) / mean)[shown].max()))
 
 
-def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
+def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
     """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
-    views, kinds, shape = views.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
-    columns = _columns(views, kinds, shape)
-    below = _below(views, columns)
-    left = np.maximum(views.target - _radiance(columns, below), 0).sum(axis=1)
+    views, kinds, shape = every.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
+    everywhere = _columns(every, kinds, Shape(*(_between(mixture.theta, every.theta, each) for each in shape)))
+    columns = everywhere[::2]
+    below, albedo = _below(views, columns), views.albedo.mean(axis=1)
+    # the weights of all closures are the denoiser's albedo, of which a direction needs a part
+    room = np.minimum((1 + _THRIFTLESS) * albedo, np.maximum(albedo, 1)) - LEAST_FOLLOWED * albedo
+    weights = below.sum(axis=1).mean(axis=1)
+    below *= np.minimum(room / np.maximum(weights, _TINY), 1)[:, None, None]
+    apart = views.target - _radiance(columns, below)
+    left = np.maximum(apart, 0).sum(axis=1)
     carried = left + np.float32(_DIM) * views.target.sum(axis=1)
     evenly = np.full_like(carried[:, None], 1 / (2 * np.pi))
     together = np.concatenate([np.moveaxis(_of_lobes(node_lobes.density, views, kinds, shape), 0, 1), evenly], axis=1)
     flat = (len(carried), -1)
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
-    return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES))
+    apart = every.target - _radiance(everywhere, _between(mixture.theta, every.theta, below))
+    missing, above = (every.reflected(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
+    balance = 1 - _about_stops(above) / np.maximum(_about_stops(missing), _TINY)
+    return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing[::2],
+                    np.maximum(balance, 0))
+
+
+def _about_stops(values: FloatArray) -> FloatArray:
+    """Values at stops and half of those between them and the next ones, (views, ...): (stops, ...)."""
+    halved = 0.5 * np.pad(values[1::2], ((1, 1), *((0, 0),) * (values.ndim - 1)))
+    return np.asarray(values[::2] + halved[:-1] + halved[1:])
 
 
 def _below(views: Views, columns: RealArray) -> FloatArray:
@@ -254,7 +278,7 @@ def _below(views: Views, columns: RealArray) -> FloatArray:
     phases, channels)."""
     lobes = _Lobes.of(views, columns)
     found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
-    solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :1]], axis=-1)
+    solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
     albedo = np.maximum(views.albedo.mean(axis=1), _DARKEST)[..., None].astype(columns.dtype)
     share, floor = solid_angle.reshape(len(columns), 1, -1) / albedo, np.float32(_LAST_FLOOR / np.pi) * albedo
     for _ in range(_BELOW_REWEIGHTINGS):
@@ -300,9 +324,11 @@ def _with_phases(views: Views, values: RealArray) -> RealArray:
     return np.asarray(np.swapaxes(values, 0, 1)[:, :, None] * phases[:, None])
 
 
-def _flat(views: Views, columns: RealArray) -> RealArray:
-    """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, columns, rows)."""
-    rows = views.rows(columns)
+def _flat(views: Views, columns: RealArray, weight: float = 1.0) -> RealArray:
+    """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, columns, rows). The weight of a
+    white closure is 1, that of a derivative by its shape 0."""
+    weights = weight * views.phases.T.astype(columns.dtype)
+    rows = views.rows(columns, np.broadcast_to(weights, columns.shape[:-1]))
     return np.asarray(rows.reshape(len(rows), -1, rows.shape[-1]))
 
 
@@ -314,34 +340,43 @@ def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
 
 
 def _absolute(views: Views, left: RealArray, floor: float) -> RealArray:
-    """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with that of
-    the albedo: otherwise the best approximation of a peak beside the measured one would be none."""
+    """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with those of
+    the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the
+    closures' weights."""
     azimuths = len(views.phases)
     weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
     weight += (floor * views.light / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
-    np.divide(views.weight, weight[..., :-1], out=weight[..., :-1])
-    weight[..., -1] = _FIRMNESS / views.light[:, None, None] ** 2
+    np.divide(views.weight, weight[..., :-2], out=weight[..., :-2])
+    weight[..., -2:] = np.array([_FIRMNESS, _THRIFT]) / views.light[:, None, None, None] ** 2
     weight /= azimuths
     return weight.reshape(left.shape)
 
 
-_PAIRS = [np.triu_indices(count) for count in range(12)]
+_PAIRS = [np.triu_indices(count) for count in range(16)]
 
 
 class _Lobes(NamedTuple):
     """Lobes of given shapes, whose colours are sought."""
 
-    columns: RealArray          # (views, columns, rows)
-    products: RealArray         # (views, pairs, rows), of each pair of columns
+    columns: RealArray              # (views, columns, rows)
+    products: RealArray | None      # (views, pairs, rows), of each pair of columns, where these are few
 
     @classmethod
     def of(cls, views: Views, columns: RealArray) -> "_Lobes":
-        return cls.of_rows(_flat(views, columns))
-
-    @classmethod
-    def of_rows(cls, flat: RealArray) -> "_Lobes":
+        flat = _flat(views, columns)
         first, second = _PAIRS[flat.shape[1]]
         return cls(flat, flat[:, first] * flat[:, second])
+
+    def normal(self, weight: RealArray) -> FloatArray:
+        """The normal equations of weighted squares: (views, channels, columns, columns)."""
+        if self.products is None:
+            weighted = weight[:, :, None] * self.columns[:, None]
+            return np.asarray((weighted @ np.swapaxes(self.columns, 1, 2)[:, None]).astype(float))
+        count = self.columns.shape[1]
+        pair = np.zeros((count, count), int)
+        pair[_PAIRS[count]] = np.arange(self.products.shape[1])
+        sums = np.swapaxes(self.products @ np.swapaxes(weight, 1, 2), 1, 2).astype(float)
+        return np.asarray(sums[..., np.maximum(pair, pair.T)])
 
 
 class _Solution(NamedTuple):
@@ -355,10 +390,7 @@ class _Solution(NamedTuple):
 def _solve(views: Views, lobes: _Lobes, weight: RealArray, like: _Solution | None = None) -> _Solution:
     """The colours, none negative, of the least weighted squares; those that are not 0 are probably those of `like`."""
     target, count = views.target_rows, lobes.columns.shape[1]
-    pair = np.zeros((count, count), int)
-    pair[_PAIRS[count]] = np.arange(lobes.products.shape[1])
-    sums = np.swapaxes(lobes.products @ np.swapaxes(weight, 1, 2), 1, 2).astype(float)
-    normal = sums[..., np.maximum(pair, pair.T)]
+    normal = lobes.normal(weight)
     weighted = weight * target
     right = np.swapaxes(lobes.columns @ np.swapaxes(weighted, 1, 2), 1, 2).astype(float)
     albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _TINY)[:, None]
@@ -378,11 +410,11 @@ def _colours(views: Views, columns: RealArray) -> FloatArray:
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
-def _candidates(engine: Engine, turned: bool) -> list[tuple[Kind, float, float, float]]:
+def _candidates(engine: Engine, turned: bool) -> list[_Lobe]:
     """Lobes to choose from: kind, roughness, tilt, anisotropy."""
     roughness, tilts = (_TURNED_ROUGHNESS, _TURNED_TILTS) if turned else (_ROUGHNESS, _TILTS)
     anisotropies = _ANISOTROPIES if turned and engine.anisotropic else (0.0,)
-    found: list[tuple[Kind, float, float, float]] = [
+    found: list[_Lobe] = [
         (kind, rough, tilt, anisotropy) for kind in FACETS if kind in engine.kinds
         for rough in roughness for tilt in tilts for anisotropy in anisotropies]
     if "sheen" in engine.kinds:
@@ -398,35 +430,57 @@ def _least_tilt(theta: FloatArray, engine: Engine) -> FloatArray:
     return np.maximum(engine.tilts[0], -(1 - _LOWEST) * cosine / np.maximum(1 - cosine, 1e-9))[:, None]
 
 
-def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...], Shape]:
-    """The lobes: each in turn is the one beside which the error is smallest."""
-    candidates = _candidates(engine, turned)
-    names = [kind for kind, *_ in candidates]
-    least, ones = _least_tilt(views.theta, engine), np.ones((len(views.theta), 1))
-    rough, tilt, anisotropy = (ones * np.array(each) for each in list(zip(*candidates, strict=True))[1:])
-    shapes = Shape(rough, np.maximum(tilt, least), anisotropy)
-    columns = views.rows(_columns(views, names, shapes))
-    squares = columns ** 2
-    plain = Shape(ones, 0 * ones, 0 * ones)
-    chosen: list[int] = []
-    have = _Lobes.of(views, _columns(views, ["diffuse"], plain))
+def _shapes(lobes: Sequence[_Lobe], theta: FloatArray, engine: Engine) -> tuple[tuple[Kind, ...], Shape]:
+    """Kinds and shapes of candidates, at polar angles."""
+    kinds, *numbers = zip(*lobes, strict=True)
+    rough, tilt, anisotropy = (np.ones((len(theta), 1)) * np.array(each) for each in numbers)
+    least = _least_tilt(theta, engine)
+    return kinds, Shape(rough, np.maximum(tilt, np.minimum(least, 0)), anisotropy)
+
+
+def _choose(views: Views, engine: Engine, turned: bool) -> list[_Lobe]:
+    """The lobes: what is left of all candidates when those have been removed without which the error grows least."""
+    candidates: list[_Lobe] = [("diffuse", 1.0, 0.0, 0.0), *_candidates(engine, turned)]
+    kinds, shapes = _shapes(candidates, views.theta, engine)
+    flat = _flat(views, _columns(views, kinds, shapes))
+    columns = flat.reshape(len(flat), len(kinds), -1, flat.shape[-1])
+    chosen = np.arange(len(kinds))
     weight = _absolute(views, views.target_rows, _FLOOR)
-    found = _solve(views, have, weight)
-    for _ in range(engine.lobes):
-        steepest, size = (np.swapaxes(by.reshape(len(by), -1, by.shape[-1]) @ np.swapaxes(each, 1, 2), 1, 2)
-                          for by, each in ((columns, weight * found.left), (squares, weight)))
-        gain = (np.maximum(steepest, 0) ** 2 / (size + 1e-12)).sum(axis=(0, 1)).reshape(len(names), -1).sum(axis=1)
-        order = [number for number in np.argsort(-gain) if number not in chosen][:_TRIED]
-        tried = [_solve(views, _Lobes.of_rows(np.concatenate([have.columns, columns[:, number]], axis=1)), weight)
-                 for number in order]
-        best = int(np.argmin([_squared(weight, each) for each in tried]))
-        chosen.append(int(order[best]))
-        have = tried[best].lobes
-        weight = _absolute(views, tried[best].left, _FLOOR / 2)
-        found = _solve(views, have, weight)
-    kinds: tuple[Kind, ...] = ("diffuse", *(names[number] for number in chosen))
-    return kinds, Shape(*(np.concatenate([first, each[:, chosen]], axis=1)
-                          for first, each in zip(plain, shapes, strict=True)))
+    best, error = chosen, np.inf
+    found: _Solution | None = None
+    while True:
+        few = columns[:, chosen].reshape(len(flat), -1, flat.shape[-1])
+        found = _solve(views, _Lobes(few, None), weight, found)
+        lobes = len(chosen) - 1
+        weight = _absolute(views, found.left, _FLOOR / 2)
+        if lobes <= engine.lobes:
+            for _ in range(_CHOICE_REWEIGHTINGS):
+                found = _solve(views, found.lobes, weight, found)
+                weight = _absolute(views, found.left, _FLOOR / 2)
+            now = _squared(weight, found) / len(views.theta)
+            if lobes == engine.lobes or now <= error + _WORTH * (len(best) - len(chosen)):
+                best, error = chosen, now
+        if lobes <= 1:
+            break
+        worth = _worth(found, weight).reshape(len(chosen), -1).sum(axis=1)
+        worth[0] = np.inf           # the first diffuse lobe
+        fewer = max((lobes - engine.lobes) // 2, 1) if lobes > engine.lobes else 1
+        kept = np.sort(np.argsort(worth)[fewer:])
+        chosen = chosen[kept]
+        colour = found.colour.reshape(len(flat), len(worth), -1, found.colour.shape[-1])[:, kept]
+        found = found._replace(colour=colour.reshape(len(flat), -1, colour.shape[-1]))
+    return [candidates[number] for number in best]
+
+
+def _worth(found: _Solution, weight: RealArray) -> FloatArray:
+    """By how much the weighted squared error grows without each column, as if the others' colours stayed positive:
+    (columns,)."""
+    colour = np.swapaxes(found.colour, 1, 2)
+    used = colour > 0
+    normal = np.where(used[..., :, None] & used[..., None, :], found.lobes.normal(weight), 0)
+    size = np.einsum("vckk->vck", normal) * _RIDGE + ~used + _TINY
+    inverse = np.linalg.inv(normal + size[..., None] * np.eye(size.shape[-1]))
+    return np.asarray((colour ** 2 / np.einsum("vckk->vck", inverse)).sum(axis=(0, 1)))
 
 
 class _Variables:
@@ -518,7 +572,7 @@ def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: 
     gradients = _of_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],
                           Shape(*(each[:, changed] for each in variables.shape(now))))
     derivatives = gradients[[variable for variable, _ in variables.places], [changed.index(lobe) for lobe in lobes]]
-    both = np.concatenate([found.lobes.columns, _flat(views, _with_phases(views, derivatives))], axis=1)
+    both = np.concatenate([found.lobes.columns, _flat(views, _with_phases(views, derivatives), 0.0)], axis=1)
     weighted = both[:, None] * weight[:, :, None]
     normal = (weighted @ np.swapaxes(both, 1, 2)[:, None]).astype(float)
     right = weighted @ found.left[..., None]

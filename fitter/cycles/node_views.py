@@ -63,8 +63,8 @@ class Views:
 
     @cached_property
     def target_rows(self) -> RealArray:
-        """`rows` of the target."""
-        return self.rows(self.target)
+        """`rows` of the target; the weights of closures are to add to its albedo."""
+        return self.rows(self.target, np.swapaxes(self.albedo, 1, 2).astype(self.target.dtype))
 
     @cached_property
     def weight(self) -> RealArray:
@@ -76,13 +76,13 @@ class Views:
         """The sum over the hemisphere: (views, channels, azimuths, n) to (views, azimuths, channels)."""
         return np.asarray(np.einsum("van,vcan->vac", self.solid_angle, radiance), dtype=float)
 
-    def rows(self, values: RealArray) -> RealArray:
-        """Values at all directions of a view, (views, ..., azimuths, n), and what they sum to over the hemisphere, in
-        one axis: (views, ..., azimuths * (n + 1))."""
+    def rows(self, values: RealArray, weights: RealArray) -> RealArray:
+        """Values at all directions of a view, (views, ..., azimuths, n), what they sum to over the hemisphere, and what
+        is given beside them, (views, ..., azimuths), in one axis: (views, ..., azimuths * (n + 2))."""
         axes = values.ndim - self.solid_angle.ndim
         solid_angle = self.solid_angle.reshape(len(self.theta), *(1,) * axes, *self.solid_angle.shape[1:], 1)
-        both = np.concatenate([values, (values[..., None, :] @ solid_angle)[..., 0]], axis=-1)
-        return both.reshape(*values.shape[:-2], -1)
+        whole = np.concatenate([values, (values[..., None, :] @ solid_angle)[..., 0], weights[..., None]], axis=-1)
+        return whole.reshape(*values.shape[:-2], -1)
 
     def only(self, views: slice, directions: slice) -> "Views":
         """Some of the views and directions; these stand for those that are left out."""

@@ -10,7 +10,7 @@ from fitter.coordinates.nusselt import Nusselt
 from fitter.formats import merl
 from fitter.lattice import dense
 from fitter.model.transform import LogRelative
-from fitter.shader_constants import LOBE_MARGIN
+from fitter.shader_constants import LOBE_EDGE_KNOT, LOBE_MARGIN
 from support import merl_files, truths
 from support.cases import quick
 from support.made_fits import MADE_FITS
@@ -210,11 +210,11 @@ def test_a_lobe_is_flat_over_its_lamp_in_the_mean(probe, curet, radius):
       out[1] = lobe_falloff(axis, lobes.exponent[0], w);"""
     value, falloff = probe(fit, code, count)[:, :2].T
     assert value.mean() == pytest.approx(1, abs=1e-3)
-    assert np.abs(value - 1).max() < 0.25
-    assert falloff.min() == pytest.approx(1 / 7, abs=2e-3)
+    assert np.abs(value - 1).max() < 0.025
+    assert falloff.min() == pytest.approx(LOBE_EDGE_KNOT / 7, abs=2e-3)
 
 
-def test_what_a_lobe_reflects_is_the_weight_that_it_is_given(probe, curet):
+def test_what_a_lobe_reflects_is_what_its_height_is_bounded_by(probe, curet):
     """LOBE_SOLID_ANGLE over the exponent, to 10 %, by a sum over rings."""
     fit = fitter.fit(curet("felt"), 2, None)
     code = """
