@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, FloatArray, RealArray
 from ..errors import DatasetError
 from . import light_positions
 from .chrome import Highlight, lamp_of_highlight
@@ -40,7 +40,7 @@ class ChromeBall(NamedTuple):
     radius: float
 
 
-def lamp_of(table: Table, shown: FloatArray | None, view: Viewpoint, camera: ArrayLike, middle: FloatArray,
+def lamp_of(table: Table, shown: RealArray | None, view: Viewpoint, camera: ArrayLike, middle: FloatArray,
             chrome: ChromeBall) -> Lamp:
     """The lamp of a table that has one of `KEYS`.
 
