@@ -5,7 +5,7 @@
 Then real ones (`flat_real`); with 0 texels these alone.
 
 Sixteen photographs of 24 million pixels with 1 % of noise, as TIFF of 16 bits (2.3 GB, in a temporary folder), four
-materials that are given, normals to 15 degrees. They are rendered at a 32nd of the size and enlarged. Processor time is
+materials that are given, normals to 15 degrees. They are rendered at a 40th of the size and enlarged. Processor time is
 that of all threads, which on idle cores is divided among them; memory is the most that was resident, after the
 photographs were read and at the end.
 """
@@ -31,7 +31,7 @@ from support.evidence import show_table
 from . import flat_real
 from .photographs import materials
 
-PIXELS, ENLARGED = (4000, 6000), 32      # height and width
+PIXELS, ENLARGED = (4000, 6000), 40      # height and width
 NAMES = "garnet", "krylon", "leather", "felt"
 
 
