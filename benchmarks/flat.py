@@ -31,7 +31,7 @@ from support.evidence import show_table
 from . import flat_real
 from .photographs import materials
 
-PIXELS, ENLARGED = (4000, 6000), 40      # height and width
+PIXELS, ENLARGED = (4680, 5200), 40      # height and width
 NAMES = "garnet", "krylon", "leather", "felt"
 
 

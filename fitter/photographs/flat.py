@@ -99,7 +99,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         One to four isotropic materials that are mixed; by default, or of so many, they are found in the photographs
         (`flat_finding`), which then say nothing of the scale of each one's weights: its purest texels have about 1.
 
-    Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat.
+    Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat. A texel
+    that has eight pixels or more along both axes is their mean.
 
     Raises
     ------

@@ -164,8 +164,8 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     if off > _OFF:
         raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
                                       f"{_OFF:g} pixels: one is {off:.1f} off")
-    kept = _Kept.of(view, whole, places, shape, mask)
-    lights = lights_of(tables, pictures, path, kept.part, kept.reduced)
+    window = _Window.of(view, whole, places, shape, mask)
+    lights = lights_of(tables, pictures, path, window.part, window.reduced)
     found = _lamps(table, tables, pictures, view, ball)
     if missing := [name_of(each) for each, one in zip(tables, found, strict=True) if one is None]:
         notes += f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}",
@@ -177,8 +177,8 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     are_far, size = alike(lamps, path), 2 * float(np.hypot(x, y))
     scale, what = _scale(table, (height, width), angle, pose, size)
     intensity, note = lamp_scale.intensity_of(scale, pictures, lights[0].radiance.shape[2], what, are_far)
-    toward = kept.toward
-    if kept.corners is None:
+    toward = window.toward
+    if window.corners is None:
         lights = _without_rim(lights, toward, pose, np.array([x, y]))
     photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
                                   light.noise, light.known, name_of(shot))
@@ -338,7 +338,7 @@ def _without_rim(lights: list[Light], toward: FloatArray, pose: _Pose, half: Flo
     return filled
 
 
-class _Kept(NamedTuple):
+class _Window(NamedTuple):
     """What is kept of photographs: a part of their pixels, or where texels are larger the means of these."""
 
     part: Part
@@ -353,7 +353,7 @@ class _Kept(NamedTuple):
 
     @classmethod
     def of(cls, view: View, whole: FloatArray, places: FloatArray, shape: tuple[int, int],
-           mask: BoolArray | None) -> "_Kept":
+           mask: BoolArray | None) -> "_Window":
         """Of pictures in which the corners `whole` (4, 3) of a sample are at these places, (4, 2)."""
         first, last = np.floor(places.min(axis=0)) - _BESIDE, np.ceil(places.max(axis=0)) + _BESIDE
         columns, rows = (slice(max(int(a), 0), min(int(b), side))

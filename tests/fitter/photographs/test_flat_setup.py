@@ -290,6 +290,20 @@ def test_a_texel_is_the_mean_of_its_pixels(openimageio, random, tmp_path, is_rea
     assert max(each.radiance.size for each in shots) <= 64 * 43
 
 
+def test_the_means_of_texels_are_in_their_places(openimageio, random, tmp_path):
+    """A picture that grows to the right and downward: its texels grow along rows, and fall from row to row."""
+    path = grainy(tmp_path, (430, 640), (0.064, 0.043), random, grain=0.0)
+    y, x = np.mgrid[:430, :640] + 0.5
+    for name in NAMES:
+        ball_files.write_picture(tmp_path / name, 0.1 + 2e-4 * x[..., None] + 1e-3 * y[..., None])
+    found = flat(path)
+    seen = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    v, u = np.mgrid[:43, :64] + 0.5
+    expected = 0.1 + 2e-4 * 10 * u + 1e-3 * (430 - 10 * v)
+    inner = np.s_[1:-1, 1:-1]       # at the edge what is within 1.5 pixels of it does not count
+    np.testing.assert_allclose(seen.radiance[:, 0, 0].reshape(43, 64)[inner], expected[inner], rtol=1e-3)
+
+
 def test_saturated_pixels_are_not_in_the_mean(openimageio, random, tmp_path):
     path = grainy(tmp_path, (430, 640), (0.064, 0.043), random, grain=0.0)
     picture = np.full((430, 640, 1), 0.5)
