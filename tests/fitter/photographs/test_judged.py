@@ -47,7 +47,8 @@ def run(capsys, tmp_path):
 
 def described(folder, names=NAMES, lamps=LAMPS, texels=20, **how):
     path = folder / "setup.toml"
-    path.write_text(flat_files.description(names, lamps, top=f"texels = {texels}\nmaterials = ['a.npz', 'b.npz']", **how))
+    top = f"texels = {texels}\nmaterials = ['a.npz', 'b.npz']"
+    path.write_text(flat_files.description(names, lamps, top=top, **how))
     return path
 
 
