@@ -334,6 +334,7 @@ def test_a_photograph_without_a_light_is_left_out_and_told(written, described):
     path.write_text(text[:text.index("[[photograph]]")] + "[lamp]\npositions = 'output/info.json'\n", "utf-8")
     for each in written.parent.glob("mask*"):
         each.unlink()
+    ball_files.write_picture(written.with_name("sphere_0.png"), np.ones((9, 9, 3)))     # relight leaves it there
     found = flat(path)
     assert [each.name for each in found.photographs] == ["lamp1.exr", "lamp2.exr", "lamp4.exr", "lamp5.exr"]
     assert any("no light of them: lamp3.exr" in note for note in found.notes)
