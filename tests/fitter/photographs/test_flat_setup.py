@@ -8,6 +8,8 @@ from fitter.photographs import camera, descriptions, flat_setup
 from fitter.photographs.flat import coarse, points_of
 from fitter.photographs.flat_photograph import observed, pixel_of
 from fitter.photographs.flat_setup import flat
+from fitter.photographs.pictures import Pictures
+from fitter.photographs.table import Table
 from support import ball_files, flat_files, flat_scene, wrong_values
 
 LAMPS = flat_scene.lamps(5)
@@ -288,6 +290,15 @@ def test_a_texel_is_the_mean_of_its_pixels(openimageio, random, tmp_path, is_rea
     assert 0.02 < seen.radiance.std() / 0.2 < 0.033
     assert abs(seen.radiance.mean() / 0.2 - 1) < 0.002
     assert max(each.radiance.size for each in shots) <= 64 * 43
+
+
+def test_no_pixels_of_what_was_read_are_kept(written):
+    """Nor by a view of none of them, which kept all in memory."""
+    pictures = Pictures.of(Table({}, "camera", written), Table({}, "lamp", written))
+    pictures.light(Table({"files": ["lamp1.exr"]}, "photograph", written), "files")
+    said, = pictures.said.values()
+    assert said.stored.size == 0
+    assert said.stored.base is None
 
 
 def test_the_means_of_texels_are_in_their_places(openimageio, random, tmp_path):
