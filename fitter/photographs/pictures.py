@@ -53,7 +53,8 @@ class Pictures:
         part, precision = ((slice(None), slice(None)), np.float64) if part is None else (part, np.float32)
         paths = table.files(key)
         pictures = [read_picture(path, self.encoding) for path in paths]
-        self.said |= {path: replace(each, stored=each.stored[:0].copy()) for path, each in zip(paths, pictures, strict=True)}
+        self.said |= {path: replace(each, stored=each.stored[:0].copy())
+                      for path, each in zip(paths, pictures, strict=True)}
         if key == "files" and not any((each.stored > 0).any() for each in pictures):
             check_bright(pictures[0].stored, paths[0])
         given = table.numbers("exposures", len(paths)) if table.has("exposures") else None
