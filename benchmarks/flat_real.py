@@ -114,7 +114,11 @@ def main(coin=None):
         for name, text in sets(coin):
             path = Path(folder, "setup.toml")
             path.write_text(text, "utf-8")
-            sample = flat(path)
+            try:
+                sample = flat(path)
+            except fitter.DatasetError as error:        # the others are shown all the same
+                print(f"{name}: {error}")
+                continue
             for how in ("half", 10):
                 found += rows(name, sample, how)
     show_table("flat-real", ("sample", "photographs", "method", "mean", "median"), found)

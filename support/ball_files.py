@@ -27,16 +27,17 @@ def add_openimageio():
     return found[0]
 
 
-def write_picture(path, pixels, **attributes):
-    """Write a picture (height, width, channels), linear, as OpenImageIO knows its name, with attributes of the file."""
+def write_picture(path, pixels, depth=None, **attributes):
+    """Write a picture (height, width, channels), linear, as OpenImageIO knows its name, with attributes of the file;
+    the depth ("uint16") is by default single precision, or 8 bits of PNG and JPEG."""
     import OpenImageIO
 
     pixels = np.ascontiguousarray(pixels, dtype=np.float32)
     file = OpenImageIO.ImageBuf(pixels)
     for name, value in attributes.items():
         file.specmod().attribute(name.replace("__", ":"), value)
-    if str(path).endswith((".png", ".jpg")):
-        file.set_write_format("uint8")
+    if depth or str(path).endswith((".png", ".jpg")):
+        file.set_write_format(depth or "uint8")
     if not file.write(str(path)):
         raise OSError(file.geterror())
 

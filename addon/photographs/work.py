@@ -181,7 +181,7 @@ class Maps(NamedTuple):
     outcomes : list of Outcome
         Of the materials that are mixed; empty where the file has them.
     masks : list of (bytes, float)
-        The share of each material but the first, where it lies upon those before it: a PNG of 8 bits, and its mean.
+        The share of each material but the first, where it lies upon those before it: a PNG of 16 bits, and its mean.
     brightness : bytes
         What the mix is multiplied with, over `most`: a PNG of 16 bits.
     most : float
@@ -243,8 +243,8 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     masks, brightness, most = flat_maps.layers(maps.weights)
     width, height, _ = np.ptp(maps.corners, axis=0).tolist()
     return Maps(sample.name, outcomes,
-                [(flat_maps.png(each, 8), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
-                flat_maps.png(brightness, 16), most, flat_maps.png(flat_maps.normal_map(maps), 16), (width, height),
+                [(flat_maps.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
+                flat_maps.png(brightness), most, flat_maps.png(flat_maps.normal_map(maps)), (width, height),
                 (*sample.notes, *sample.doubts, *report.lines), (*sample.doubts, *report.doubts))
 
 

@@ -21,12 +21,13 @@ import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray, RealArray
+from ..least_squares import nonnegative
 from ..shader_constants import LEAST_FOLLOWED
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of
-from .nonnegative import nonnegative, shares
 from .principal import principal
+from .selection import shares
 
 if TYPE_CHECKING:
     from ..model.fit import Fit

@@ -1,11 +1,13 @@
 """What viewports and exporters show of a measured BRDF: its albedo, and the closest Principled BSDF."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray
+from ..least_squares import damped_step, levenberg_marquardt
 from ..model import Reflectance, is_isotropic
 from .principled_bsdf import SHEEN_ROUGHNESS, Angles, Principled, angles
 
@@ -277,26 +279,24 @@ def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: i
                                   for (name, size, _, _), part in zip(chosen, parts, strict=True)}
         return replace(start, **values)
 
-    x = np.clip(np.concatenate([np.ravel(getattr(start, name)) for name, *_ in chosen]), lower, upper)
-    residuals, damping = _residuals(inputs(x), target), 1e-2
-    error = residuals @ residuals
-    for _ in range(steps):
+    def evaluate(x: FloatArray) -> tuple[float, FloatArray]:
+        residuals = _residuals(inputs(x), target)
+        return float(residuals @ residuals), residuals
+
+    def linearise(x: FloatArray, residuals: FloatArray) -> Callable[[float], FloatArray]:
         away = np.where(x + _DIFFERENCE > upper, -_DIFFERENCE, _DIFFERENCE)
         slopes = np.stack([(_residuals(inputs(x + step), target) - residuals) for step in np.diag(away)], axis=1) / away
         normal, right = slopes.T @ slopes, slopes.T @ residuals
-        before = error
-        for _ in range(4):
-            # an input at a bound that it would cross stays there
-            free = ~((x <= lower) & (right > 0) | (x >= upper) & (right < 0))
+        # an input at a bound that it would cross stays there
+        free = ~((x <= lower) & (right > 0) | (x >= upper) & (right < 0))
+
+        def tried(damping: float) -> FloatArray:
             step = np.zeros(len(x))
-            damped = normal + damping * np.diag(np.diag(normal) + 1e-9)
-            step[free] = np.linalg.solve(damped[np.ix_(free, free)], -right[free])
-            tried = np.clip(x + step, lower, upper)
-            there = _residuals(inputs(tried), target)
-            if there @ there < error:
-                x, residuals, error, damping = tried, there, there @ there, damping / 5
-                break
-            damping *= 8
-        if error > (1 - _ENOUGH) * before:
-            break
+            step[free] = damped_step(normal[np.ix_(free, free)], -right[free], damping)
+            return np.clip(x + step, lower, upper)
+        return tried
+
+    x, error, _ = levenberg_marquardt(
+        np.clip(np.concatenate([np.ravel(getattr(start, name)) for name, *_ in chosen]), lower, upper), evaluate,
+        linearise, steps=steps, tries=4, grow=8, shrink=5, enough=_ENOUGH)
     return _Found(float(np.sqrt(error)), inputs(x))

@@ -6,11 +6,13 @@ parameters are then fitted by the algorithm of D. W. Marquardt: An Algorithm for
 Parameters, 1963.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import FloatArray
+from ..least_squares import damped_step, levenberg_marquardt
 from ..model.microfacet import (
     NARROWEST,
     NO_GAMMA,
@@ -148,7 +150,7 @@ class _Problem:
         weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** WEIGHT
         weight /= np.sqrt(np.mean(weight ** 2))
         shapes = count * len(kinds)
-        p = first = _pack(start)
+        first = _pack(start)
         pull, bounds = _pulls(len(kinds), count, channels), _bounds(kinds, count, channels)
 
         def cost(residual: FloatArray, p: FloatArray) -> float:
@@ -162,9 +164,13 @@ class _Problem:
             total = strength.T @ parts + 1
             return (np.log(total) - target.T) * weight, weight / total, np.concatenate([slopes, parts]), strength
 
-        residual, scale, columns, strength = at(p)
-        now, damping = cost(residual, p), 1e-2
-        for _ in range(iterations):
+        def evaluate(p: FloatArray) -> tuple[float, tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
+            there = at(p)
+            return cost(there[0], p), there
+
+        def linearise(p: FloatArray, there: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+                      ) -> Callable[[float], FloatArray]:
+            residual, scale, columns, strength = there
             normal, slope = pull[0] + pull[1], pull[0] @ (p - first) + pull[1] @ p
             of_lobes = np.repeat(strength[:-1], count, axis=0)
             for channel in range(channels):
@@ -174,20 +180,10 @@ class _Problem:
                 jacobian = columns * scale[channel]
                 normal[mine[:, None], mine] += jacobian @ jacobian.T * factor[:, None] * factor
                 slope[mine] += jacobian @ residual[channel] * factor
-            for _ in range(8):
-                step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
-                trial = np.clip(p - step, *bounds)
-                tried = at(trial)
-                after = cost(tried[0], trial)
-                if after < now:
-                    break
-                damping *= 4
-            else:
-                break
-            gain, p, now, damping = now - after, trial, after, damping / 4
-            residual, scale, columns, strength = tried
-            if gain < 1e-6 * now:
-                break
+            return lambda damping: np.clip(p - damped_step(normal, slope, damping), *bounds)
+
+        p, _, (residual, *_) = levenberg_marquardt(first, evaluate, linearise, steps=iterations, tries=8, grow=4,
+                                                   shrink=4, enough=1e-6)
         return _unpack(p, kinds, count, channels), float((residual ** 2).sum())
 
     def _shape(self, kind: Kind, p: FloatArray) -> tuple[FloatArray, FloatArray]:

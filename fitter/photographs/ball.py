@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, IntArray, selected
+from ..arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, selected
 from ..errors import DatasetError
 from .camera import pixel_angle
+from .photograph import Photograph
 
 STEEPEST = np.radians(80)   # polar angle beyond which a pixel says little: its own size spans many degrees there
 LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
@@ -31,38 +32,27 @@ TO_SIGMA = 1.4826          # from the median absolute deviation to the standard 
 
 
 @dataclass(frozen=True, eq=False)
-class BallPhotograph:
-    """A photograph of a ball, and where camera, ball and lamp were.
+class BallPhotograph(Photograph):
+    """A photograph of a ball, and where it was: the other attributes and errors are those of a `Photograph`.
 
     Attributes
     ----------
-    radiance : (height, width, channels) float64
-        Linear, the top row first, with whatever was there without the lamp subtracted.
-    rays : (height, width, 3) float64
-        Directions from the camera through the pixels' centres, unit vectors.
-    camera, centre, lamp : (3,) float64
-        Positions of the camera, the ball's and the lamp's centre, metres.
+    centre : (3,) float64
+        Of the ball, metres.
     radius : float
         Of the ball, metres.
-    intensity : (channels,) float64
-        The lamp's radiant intensity, W/sr in the units of `radiance`: a Lambertian of albedo 1 that faces it at 1 m
-        has the radiance intensity / pi.
     lamp_radius : float
         Of a lamp that is a ball, metres.
-    noise : (height, width, channels) float64, or None
-        The standard deviation of each value, in the units of `radiance`; by default it is estimated from the pixels.
-    mask : (height, width) bool, or None
-        The pixels that count, where not all do.
-    name : str
-        For messages: the file.
+    noise
+        By default it is estimated from the pixels.
 
     Raises
     ------
     DatasetError
-        If the arrays do not have these shapes or hold numbers that are not finite, or camera or lamp are in the ball.
+        Also if camera or lamp are in the ball.
     """
 
-    radiance: FloatArray
+    radiance: RealArray
     rays: FloatArray
     camera: FloatArray
     centre: FloatArray
@@ -70,43 +60,13 @@ class BallPhotograph:
     lamp: FloatArray
     intensity: FloatArray
     lamp_radius: float = 0.0
-    noise: FloatArray | None = None
+    noise: RealArray | None = None
     mask: BoolArray | None = None
     name: str = "photograph"
 
     def __post_init__(self) -> None:
-        radiance = self._set("radiance")
-        if radiance.ndim != 3 or not radiance.size or radiance.shape[2] not in (1, 3):
-            raise DatasetError(f"radiance has the shape {radiance.shape}, expected (height, width, 1 or 3)", self.name)
-        self._set("rays", (*radiance.shape[:2], 3))
-        lengths = np.linalg.norm(self.rays, axis=-1)
-        if np.abs(lengths - 1).max() > 1e-3:
-            raise DatasetError(f"rays have lengths from {lengths.min():g} to {lengths.max():g}, expected unit vectors",
-                               self.name)
-        for field in ("camera", "centre", "lamp"):
-            self._set(field, (3,))
-        intensity = self._set("intensity")
-        if intensity.shape != radiance.shape[2:] or not (intensity > 0).all():
-            raise DatasetError(f"an intensity of {intensity.tolist()} found, expected {radiance.shape[2]} numbers "
-                               f"above 0", self.name)
-        if self.noise is not None and not (self._set("noise", radiance.shape) >= 0).all():
-            raise DatasetError("noise below 0 found", self.name)
-        if self.mask is not None:
-            mask = np.array(self.mask, dtype=bool)
-            if mask.shape != radiance.shape[:2]:
-                raise DatasetError(f"the mask has the shape {mask.shape}, expected {radiance.shape[:2]}", self.name)
-            object.__setattr__(self, "mask", mask)
+        self._check("centre")
         self._check_places()
-
-    def _set(self, field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
-        array = np.array(getattr(self, field), dtype=float)
-        if shape is not None and array.shape != shape:
-            raise DatasetError(f"{field} has the shape {array.shape}, expected {shape}", self.name)
-        if not np.isfinite(array).all():
-            raise DatasetError(f"{field} holds numbers that are not finite; leave out saturated pixels by a mask",
-                               self.name)
-        object.__setattr__(self, field, array)
-        return array
 
     def _check_places(self) -> None:
         if not (self.radius > 0 and np.isfinite(self.radius)):
@@ -238,19 +198,19 @@ def _misplaced(pixels: Seen) -> FloatArray:
     return np.asarray(np.tan(pixels.directions[0]) * np.hypot(turned, _AIMED))
 
 
-def of_neighbours(picture: FloatArray) -> FloatArray:
+def of_neighbours(picture: RealArray) -> FloatArray:
     """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
     padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
 
 
-def check_bright(radiance: FloatArray, where: str | Path) -> None:
+def check_bright(radiance: RealArray, where: str | Path) -> None:
     """Raise DatasetError, of a file or its name, where a photograph is black: whatever is predicted of it is right."""
     if not (radiance > 0).any():
         raise DatasetError("a black photograph: none of its pixels is above 0, expected what a lamp lights", where)
 
 
-def saturated(radiance: FloatArray) -> BoolArray:
+def saturated(radiance: RealArray) -> BoolArray:
     """The pixels with a channel at that channel's largest value, where many share it: (n, channels) to (n,)."""
     at_most = (radiance == radiance.max(axis=0)) & (radiance > 0)
     return np.asarray((at_most & (at_most.sum(axis=0) >= _SATURATED)).any(axis=1))

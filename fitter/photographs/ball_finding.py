@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 from .camera import pixel_angle
 from .outline import ABOVE_NOISE, BRIGHT, CLEAR, SECTORS, WINDOW, Outline, angle_beyond, profile_of, robust, scatter
@@ -117,7 +117,7 @@ def _checked(outline: Outline, arc: float, size: float, name: str) -> Outline:
     return outline
 
 
-def brightest(pictures: Sequence[FloatArray], mask: BoolArray | None = None) -> FloatArray:
+def brightest(pictures: Sequence[RealArray], mask: BoolArray | None = None) -> FloatArray:
     """Of several pictures of one size, each relative to its own brightness, the largest of each pixel; 0 where a mask,
     (h, w), is False."""
     largest = np.max([each / max(float(np.percentile(each, _BRIGHTEST)), np.finfo(float).tiny) for each in pictures],

@@ -44,6 +44,19 @@ def rays_through(places: FloatArray, size: tuple[int, int], field_of_view: float
     return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
 
 
+def places_of(directions: FloatArray, size: tuple[int, int], field_of_view: float) -> FloatArray:
+    """The inverse of `rays_through`: where directions (..., 3) in the camera's axes are, pixels, (..., 2).
+
+    Examples
+    --------
+    >>> places_of(rays_through(np.array([[3.0, 7.5]]), (20, 30), 1.0), (20, 30), 1.0).round(9).tolist()
+    [[3.0, 7.5]]
+    """
+    step = 2 * np.tan(field_of_view / 2) / size[1]
+    x, y = (directions[..., axis] / -directions[..., 2] / step for axis in (0, 1))
+    return np.stack([size[1] / 2 + x, size[0] / 2 - y], axis=-1)
+
+
 def field_of_view(focal_length: float, sensor_width: float) -> float:
     """The angle that a sensor takes behind a lens, radians; both lengths in one unit."""
     if not (focal_length > 0 and sensor_width > 0):

@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray
+from ..arrays import ArrayLike, BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 from .ball_finding import regions
 
 _BRIGHT = 0.5               # of the brightest pixel: what is the lamp's image
+_WITHIN = 0.97              # of the ball's radius: pixels at its rim see what is beside it, too
 _SPREAD = 0.3               # of the ball's radius, that this image may have
 _ANOTHER = 0.5              # of its light, from which another patch is another lamp: less is dust, or a reflection
 
@@ -37,7 +38,7 @@ class Highlight(NamedTuple):
             np.sqrt(along ** 2 + distance ** 2 - from_centre @ from_centre) - along))
 
 
-def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike, centre: ArrayLike, radius: float,
+def lamp_of_highlight(radiance: RealArray, rays: FloatArray, camera: ArrayLike, centre: ArrayLike, radius: float,
                       name: str = "photograph") -> Highlight:
     """The direction to a lamp whose image a chrome ball shows.
 
@@ -46,7 +47,7 @@ def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike,
 
     Parameters
     ----------
-    radiance : (height, width, channels) float64
+    radiance : (height, width, channels)
         It may be saturated.
     rays : (height, width, 3) float64
         Directions through the pixels' centres.
@@ -61,7 +62,7 @@ def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike,
     axis = centre - camera
     nearest = rays @ axis
     miss = np.linalg.norm(axis - nearest[..., None] * rays, axis=-1)
-    grey = np.where((miss < radius) & (nearest > 0), radiance.mean(axis=2), 0.0)
+    grey = np.where((miss < _WITHIN * radius) & (nearest > 0), radiance.mean(axis=2), 0.0)
     if not grey.max() > 0:
         raise DatasetError("no highlight found: the chrome ball is not in the picture, or dark", name)
     bright = _largest_patch(np.where(grey >= _BRIGHT * grey.max(), grey, 0.0), name)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 from .ball import BallPhotograph
 from .camera import pixel_angle
@@ -32,7 +32,7 @@ def part_of_ball(photograph: BallPhotograph) -> Part:
     return Part(round(middle[1] - side / 2), round(middle[0] - side / 2), side)
 
 
-def reduced(picture: FloatArray, part: Part, size: int) -> FloatArray:
+def reduced(picture: RealArray, part: Part, size: int) -> FloatArray:
     """A part of a picture in fewer pixels, each the mean of its area: (h, w, channels) to (size, size, channels).
 
     What is beyond the picture is 0.

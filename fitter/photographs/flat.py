@@ -21,13 +21,15 @@ from ..model.fit import Fit
 from ..samples import Samples
 from .ball import check_bright
 from .flat_finding import MOST_MATERIALS, MOST_TEXELS, materials_found
-from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed
+from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed, pixel_of
 from .flat_solving import Prior, Texels, given_normals, normals_of, prior_of, radiances, solved, turned_weights
 
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
 _COARSER, _COARSEST = 4, 4096   # of how many texels along both axes one is solved first; the fewest that follow others
 _EVEN = 0.01                # of the longest side, by which corners may be out of a plane
 _LEAST_RELIEF = 1e-3        # slope from texel to texel, .06 degrees, below which nobody sees it
+_MANY = 8                   # pixels of a texel along both axes, from where photographs are made coarser
+_EXACT = 1e-3               # of the pixels that a texel has, by which places may be wrong
 _SMOOTHED = 100             # rounds, each of which carries a normal by one texel
 _Result = TypeVar("_Result")
 
@@ -97,7 +99,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         One to four isotropic materials that are mixed; by default, or of so many, they are found in the photographs
         (`flat_finding`), which then say nothing of the scale of each one's weights: its purest texels have about 1.
 
-    Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat.
+    Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat. A texel
+    that has eight pixels or more along both axes is their mean.
 
     Raises
     ------
@@ -115,6 +118,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     if min(height, width) < 1:
         raise ValueError(f"{width} x {height} texels, expected one or more along both sides")
     frame = frame_of(corners, photographs)
+    photographs = coarse(photographs, corners, (height, width))
     points = points_of(corners, (height, width))
     grid = points.reshape(height, width, 3)
     notes: tuple[str, ...] = ()
@@ -125,8 +129,9 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     fits = tuple(fits)
     check_materials(fits, photographs[0].radiance.shape[2])
     with progress.part(0.4, 0.9, "Finding weights and normals"):
-        prior = prior_of(solved(fits, some, frame))
-        texels = _solved(fits, photographs, grid, frame, prior)
+        few = solved(fits, some, frame)
+        prior = prior_of(few)
+        texels = _solved(fits, photographs, grid, frame, prior, few.slopes if len(few.slopes) == len(points) else None)
     if not (texels.used.sum(axis=1) > 1).any():
         raise DatasetError("no texel is seen and lit in two photographs or more: the corners are not where the sample "
                            "is in the pictures, or lamps and camera graze it", photographs[0].name)
@@ -145,12 +150,12 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
 
 
 def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: FloatArray, frame: FloatArray,
-            prior: Prior) -> Texels:
-    """The texels of a grid of points (h, w, 3), row by row: from many starts of few of them, and then from these
-    slopes."""
+            prior: Prior, first: FloatArray | None = None) -> Texels:
+    """The texels of a grid of points (h, w, 3), row by row: from slopes to begin with, (n, 2), else from many starts of
+    few of them, and then from these slopes."""
     height, width = grid.shape[:2]
-    points, first = grid.reshape(-1, 3), None
-    if min(height, width) >= 2 * _COARSER and len(points) > _COARSEST:
+    points = grid.reshape(-1, 3)
+    if first is None and min(height, width) >= 2 * _COARSER and len(points) > _COARSEST:
         middle = slice(_COARSER // 2, None, _COARSER)
         with progress.part(0.0, 2 / _COARSER ** 2):
             few = grid[middle, middle]
@@ -244,6 +249,32 @@ def frame_of(corners: FloatArray, photographs: Sequence[FlatPhotograph]) -> Floa
     return np.stack([along, np.cross(normal, along), normal])
 
 
+def coarse(photographs: Sequence[FlatPhotograph], corners: FloatArray,
+           shape: tuple[int, int]) -> list[FlatPhotograph]:
+    """Photographs with a pixel for each texel, where that has many: a texel is the mean of its pixels. Few are left as
+    they are, for what they show of a bump's highlight is not what one normal in their middle does."""
+    found = []
+    for each in photographs:
+        toward = corners - each.camera
+        count = pixels_of(pixel_of(each.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)), shape)
+        found.append(each if count < _MANY else each.of_texels(texel_corners(corners, shape), count))
+    return found
+
+
+def pixels_of(places: FloatArray, shape: tuple[int, int]) -> int:
+    """How many pixels a texel has along both axes, of a sample whose corners are at these places, (4, 2)."""
+    sides = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1) * (1 + _EXACT)
+    height, width = shape
+    return max(int(min(sides[[0, 2]].min() / width, sides[[1, 3]].min() / height)), 1)
+
+
+def texel_corners(corners: FloatArray, shape: tuple[int, int], *rim: float) -> FloatArray:
+    """The corners of texels, (h + 1, w + 1, 3), without a rim of these shares of the sample's height and width."""
+    ends = rim or (0.0, 0.0)
+    return _within(corners, *(np.clip(np.linspace(0, 1, count + 1), end, 1 - end)
+                              for count, end in zip(shape, ends, strict=True)))
+
+
 def points_of(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
     """The centres of texels, row by row: (h w, 3).
 
@@ -252,10 +283,14 @@ def points_of(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
     >>> points_of(np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]]), (1, 2)).tolist()
     [[1.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
     """
-    v, u = ((np.arange(count) + 0.5) / count for count in shape)
+    return _within(corners, *((np.arange(count) + 0.5) / count for count in shape)).reshape(-1, 3)
+
+
+def _within(corners: FloatArray, v: FloatArray, u: FloatArray) -> FloatArray:
+    """Points at these shares of a sample's height and width, (m,) and (n,): (m, n, 3)."""
     v, u = v[:, None, None], u[:, None]
     return np.asarray((1 - v) * ((1 - u) * corners[0] + u * corners[1])
-                      + v * ((1 - u) * corners[3] + u * corners[2])).reshape(-1, 3)
+                      + v * ((1 - u) * corners[3] + u * corners[2]))
 
 
 def smoothed(slopes: FloatArray, precision: FloatArray, known: BoolArray) -> FloatArray:

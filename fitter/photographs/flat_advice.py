@@ -17,7 +17,7 @@ from .flat import Maps, evenly, frame_of, points_of
 from .flat_photograph import FlatPhotograph, Lit, lit, observed
 from .flat_solving import DIFFERENCE, NOISE, STEEP, normals_of, radiances, scale_of, slopes_of
 
-_TEXELS = 300               # that are looked at
+_TEXELS = 100               # that are looked at
 _PLACES = 150               # of lamps that are tried, 10 degrees apart
 _LOWEST = np.radians(75)    # from the normal: lower ones light no bumps' far sides
 _ALONE = 0.02               # of the uncertainty, below which a lamp is not worth its photograph
@@ -75,13 +75,11 @@ def next_lamp(maps: Maps, photographs: Sequence[FlatPhotograph], places: ArrayLi
              if places is None else np.asarray(places, dtype=float).reshape(-1, 3))
     intensity = np.median([each.intensity for each in photographs], axis=0)
     least = scale.min(axis=1, keepdims=True)
-    gains = []
-    for place in tried:
-        shown, change = _derivatives(maps, lit(points, camera[None], place[None], intensity[None]), slopes, weights,
-                                     frame)
-        change = (change / np.maximum(least, NOISE * shown)[..., None])[:, 0]
-        grown = np.einsum("nci,nij,ndj->ncd", change, covariance, change) + np.eye(change.shape[1])
-        gains.append(np.linalg.slogdet(grown)[1].mean() / 2)
+    shown, change = _derivatives(maps, lit(points, np.tile(camera, (len(tried), 1)), tried, np.tile(
+        intensity, (len(tried), 1))), slopes, weights, frame)
+    change /= np.maximum(least, NOISE * shown)[..., None]
+    grown = np.einsum("npci,nij,npdj->npcd", change, covariance, change, optimize=True) + np.eye(change.shape[2])
+    gains = np.linalg.slogdet(grown)[1].mean(axis=0) / 2
     best = int(np.argmax(gains))
     along = frame @ (tried[best] - middle)
     return NextLamp(tried[best], float(np.degrees(np.arctan2(np.hypot(*along[:2]), along[2]))),

@@ -20,6 +20,7 @@ import numpy as np
 from .. import progress
 from ..arrays import FloatArray, IntArray
 from ..errors import DatasetError
+from ..least_squares import nonnegative
 from ..methods import fit
 from ..model import Reflectance
 from ..model.fit import Fit
@@ -34,7 +35,6 @@ from .flat_solving import (
     DIFFERENCE,
     NOISE,
     Texels,
-    nonnegative,
     normals_of,
     prior_of,
     radiances,
@@ -52,12 +52,11 @@ MOST_MATERIALS = 4          # every choice of them is tried at each texel
 NONE, DULL = 0, -1          # of the materials that a sample is a mix of: each texel is its own, with or without a lobe
 _WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range(1, MOST_MATERIALS + 1)},
          NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}
-_LOBES_OFF = 0.065          # of a photograph, by which mixes of lobes are wrong, however many they are
-_NEEDED = 0.85              # of the error of texels without a lobe, that one must leave at most
-_FOLDS, _JUDGED, _SHOTS = 3, 400, 24    # times that photographs are left out; texels and photographs that are looked at
+_ENOUGH = 1.3               # times the least error of cube roots, that fewer materials may have
+_FOLDS, _JUDGED, _SHOTS = 3, 250, 24    # times that photographs are left out; texels and photographs that are looked at
 _LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
 _FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
-_ROUNDS, _SWEEPS = 30, 300  # of least squares in turn; of coordinates within one
+_ROUNDS = 30                # of least squares in turn
 _PUREST = 0.02              # of the texels, whose mean is an edge: one texel alone may be wrong
 _DARKEST = 0.1              # of the median: darker texels have no colour
 _MOSTLY = 0.75              # of what a texel shows, that is of the material fitted to it
@@ -102,10 +101,7 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
 
 def _lobes() -> list[Microfacet]:
     """A Lambertian of albedo 1 and lobes of strength 1."""
-    none = np.zeros(0)
-    return [Microfacet(np.ones(1) / np.pi, np.zeros((0, 1)), none, none, none), *(
-        Microfacet(np.zeros(1), np.ones((1, 1)), np.array([width]), np.array([_GAMMA]), np.array([_F0]))
-        for width in _WIDTHS)]
+    return _models(np.eye(1 + len(_WIDTHS))[:, None])
 
 
 def _grey(seen: Observed) -> Observed:
@@ -144,9 +140,9 @@ def _equations(seen: Observed, texels: Texels, frame: FloatArray) -> _Equations:
 
 
 def _models(strengths: FloatArray) -> list[Microfacet]:
-    """Materials of strengths (m, channels, j) of the lobes."""
-    return [Microfacet(each[:, 0] / np.pi, each[:, 1:].T, np.array(_WIDTHS), np.full(len(_WIDTHS), _GAMMA),
-                       np.full(len(_WIDTHS), _F0)) for each in strengths]
+    """Materials of strengths (m, channels, j) of the lobes, whose arrays of shapes are the same objects."""
+    shapes = np.array(_WIDTHS), np.full(len(_WIDTHS), _GAMMA), np.full(len(_WIDTHS), _F0)
+    return [Microfacet(each[:, 0] / np.pi, each[:, 1:].T, *shapes) for each in strengths]
 
 
 def _own(equations: _Equations, shines: bool = True) -> list[Microfacet]:
@@ -176,7 +172,7 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
     some = np.linspace(0, len(seen.good) - 1, min(len(seen.good), _JUDGED)).astype(int)
     shots = np.unique(np.linspace(0, seen.good.shape[1] - 1, _SHOTS).astype(int))
     seen, count = seen.some(some).shots(shots), len(shots)
-    errors: dict[int | str, list[float]] = {}
+    errors: dict[int | str, list[tuple[float, float]]] = {}
     for fold in range(min(_FOLDS, count)):
         left = np.arange(count) % _FOLDS == fold
         used, other = (seen._replace(good=seen.good & which) for which in (~left, left))
@@ -192,21 +188,24 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
                 for number in range(1, MOST_MATERIALS + 1)} | {
                         NONE: _own(equations), DULL: _own(equations, False)}
         for way, models in ways.items():
-            first = solved(models, used, frame, texels.slopes)
-            found = solved(models, used, frame, first.slopes, prior_of(first))
+            found = solved(models, used, frame, texels.slopes)
+            prior = prior_of(found)
+            if prior.is_poor:
+                found = solved(models, used, frame, found.slopes, prior)
             unit = radiances(models, other.lit, normals_of(found.slopes, frame), other.good)
-            errors.setdefault(way, []).extend(relative_errors(
-                np.einsum("npcm,nm->npc", unit, found.weights), other))
+            errors.setdefault(way, []).extend(_both_errors(np.einsum("npcm,nm->npc", unit, found.weights), other))
         for name, expected in unconstrained(used, other, frame).items():
-            errors.setdefault(name, []).extend(relative_errors(expected, other))
-    mean = {way: float(np.mean(each)) for way, each in errors.items()}
-    if not mean:
+            errors.setdefault(name, []).extend(_both_errors(expected, other))
+    if not errors:
         return 1, ()
+    # a photograph that is missed altogether tells no more than that
+    mean, of_roots = ({way: float(np.mean(np.minimum(each, 1), axis=0)[k]) for way, each in errors.items()}
+                      for k in (0, 1))
     numbers = range(1, MOST_MATERIALS + 1)
-    least = min(mean[each] for each in numbers)
-    best = next(each for each in numbers if mean[each] <= least + _LOBES_OFF)
-    own = NONE if mean[NONE] < _NEEDED * mean[DULL] else DULL
-    if mean[own] < least:
+    # highlights, which lobes of a few widths miss, are less of the cube roots
+    best = next(each for each in numbers if of_roots[each] <= _ENOUGH * min(of_roots[each] for each in numbers))
+    own = min(NONE, DULL, key=lambda each: mean[each])
+    if mean[own] < min(mean[each] for each in numbers):
         best = own
     notes = ["Photographs that were left out are predicted within " + ", ".join(
         f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is"]
@@ -215,6 +214,12 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
         notes.append(f"No mix of materials describes this sample: a {free} at each texel, whatever the others are, "
                      f"predicts those within {mean[free]:.1%}")
     return best, tuple(notes)
+
+
+def _both_errors(expected: FloatArray, seen: Observed) -> list[tuple[float, float]]:
+    """`relative_errors`, and those of cube roots."""
+    return list(zip(relative_errors(expected, seen), relative_errors(
+        np.cbrt(expected), seen._replace(radiance=np.cbrt(seen.radiance))), strict=True))
 
 
 def _mixed_of(equations: _Equations, count: int) -> tuple[_Mixed, float]:
@@ -278,20 +283,14 @@ def _weights(equations: _Equations, strengths: FloatArray, free: bool = False) -
 
 
 def _strengths(equations: _Equations, weights: FloatArray, free: bool = False) -> FloatArray:
-    """The strengths (m, channels, j), at least 0 if not `free`: then by descent along one after the other."""
+    """The strengths (m, channels, j), at least 0 if not `free`."""
     m, (channels, lobes) = weights.shape[1], equations.right.shape[1:]
     pairs = np.einsum("nm,nk->nmk", weights, weights).reshape(len(weights), -1)
     gram = np.einsum("na,ncjl->cajl", pairs, equations.gram)
     gram = gram.reshape(channels, m, m, lobes, lobes).swapaxes(2, 3).reshape(channels, m * lobes, m * lobes)
     right = np.einsum("nm,ncj->cmj", weights, equations.right).reshape(channels, m * lobes)
     gram = gram + _ridge(gram)
-    found = np.linalg.solve(gram, right[..., None])[..., 0]
-    if not free:
-        found = np.maximum(found, 0)
-        for _ in range(_SWEEPS):
-            for k in range(m * lobes):
-                off = np.einsum("ca,ca->c", gram[:, k], found) - right[:, k]
-                found[:, k] = np.maximum(found[:, k] - off / gram[:, k, k], 0)
+    found = np.linalg.solve(gram, right[..., None])[..., 0] if free else nonnegative(gram, right)
     return np.asarray(found.reshape(channels, m, lobes).swapaxes(0, 1))
 
 

@@ -13,11 +13,12 @@ import numpy as np
 from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from ..model import Reflectance
 from .flat_photograph import Observed
-from .flat_solving import normals_of, radiances, solved
+from .flat_solving import Texels, normals_of, radiances, solved
 
 UNCONSTRAINED = "Lambertian", "PTM"
 _RIDGE = 1e-6
 _LEAST_SEEN = 10            # values of a photograph that can be judged
+_TRIED = 30                 # texels by which photographs are taken out in turn
 _IN_TURN = 6                # rounds of lamps and normals
 _LEAST_COSINE = 0.05        # with which a texel faces a lamp; of the median, that a lamp has
 _GROUPS = 4                 # of photographs, each of which is predicted by the others
@@ -106,7 +107,7 @@ def contradictions(fits: Sequence[Reflectance], seen: Observed, frame: FloatArra
         return []
     seen = seen.some(enough)
     lines = []
-    alike, errors = _consistent(fits, seen, frame)
+    alike, slopes, errors = _consistent(fits, seen, frame)
     usual = float(np.median(errors[alike]))
     odd = [int(k) for k in np.flatnonzero(errors > usual + max(_FAR_OFF, (_WORSE - 1) * usual))]
     if odd:
@@ -118,55 +119,72 @@ def contradictions(fits: Sequence[Reflectance], seen: Observed, frame: FloatArra
         order[[i, j]] = j, i
         swapped = seen._replace(lit=seen.lit._replace(light=seen.lit.light[:, order],
                                                       brought=seen.lit.brought[:, order]))
-        if _errors(fits, swapped, frame, alike)[[i, j]].sum() < _EXCHANGED * errors[[i, j]].sum():
+        if _errors(fits, swapped, frame, alike, slopes)[[i, j]].sum() < _EXCHANGED * errors[[i, j]].sum():
             lines.append(f"The lamps of {names[i]} and {names[j]} look as if they were exchanged")
-    return lines if odd else lines + _room(fits, seen, frame)
+    return lines if odd else lines + _room(fits, seen, frame, slopes)
 
 
-def _consistent(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray) -> tuple[IntArray, FloatArray]:
+def _consistent(fits: Sequence[Reflectance], seen: Observed,
+                frame: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """The numbers of photographs that are left when one after the other is taken out without which the others predict
-    each other better; and how far each is from what those say (p,)."""
+    each other better; the slopes that they tell (n, 2), and how far each photograph is from what those say (p,)."""
     alike, fewest = np.arange(seen.good.shape[1]), max(_GROUPS, 3 * seen.good.shape[1] // 4)
     texels = solved(fits, seen, frame)
-    # at first the one without which most is explained
-    while len(alike) > fewest and np.median(texels.left) > _EXPLAINED:
-        tried = [solved(fits, seen.shots(np.delete(alike, k)), frame, texels.slopes) for k in range(len(alike))]
-        best = int(np.argmin([np.median(each.left) for each in tried]))
-        if not np.median(tried[best].left) < _OF_ODD * np.median(texels.left):
+    # at first the one without which most is explained, of some texels
+    some = np.arange(0, len(seen.good), max(len(seen.good) // _TRIED, 1))
+    few, now = seen.some(some), texels.part(some)
+    while len(alike) > fewest and np.median(now.left) > _EXPLAINED:
+        used = np.isin(np.arange(seen.good.shape[1]), alike)
+        tried = _of_each(fits, few, frame, now.slopes, used & ~np.eye(len(used), dtype=bool)[alike])
+        left = np.median(tried.left.reshape(len(alike), -1), axis=1)
+        best = int(np.argmin(left))
+        if not left[best] < _OF_ODD * np.median(now.left):
             break
-        alike, texels = np.delete(alike, best), tried[best]
+        alike, now = np.delete(alike, best), tried.part(best * len(some) + np.arange(len(some)))
+    if len(alike) < seen.good.shape[1]:
+        texels = solved(fits, seen.shots(alike), frame, texels.slopes)
     # then the one that is predicted worst, which a model may take for shadows and slopes
-    errors = _errors(fits, seen, frame, alike)
+    errors = _errors(fits, seen, frame, alike, texels.slopes)
     while len(alike) > fewest:
         fewer = np.delete(alike, int(np.argmax(errors[alike])))
-        again = _errors(fits, seen, frame, fewer)
+        again = _errors(fits, seen, frame, fewer, texels.slopes)
         if not np.mean(again[fewer]) < _OF_ODD * np.mean(errors[fewer]):
             break
         alike, errors = fewer, again
-    return alike, errors
+    return alike, texels.slopes, errors
 
 
-def _errors(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, alike: IntArray) -> FloatArray:
+def _errors(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, alike: IntArray,
+            slopes: FloatArray) -> FloatArray:
     """How far each photograph is from what those of the other groups that are alike say of it, of its root mean square:
-    (p,)."""
-    count = seen.good.shape[1]
-    found = np.zeros(count)
-    group = np.arange(count) % _GROUPS
-    for number in range(_GROUPS):
-        left, others = np.flatnonzero(group == number), alike[group[alike] != number]
-        texels = solved(fits, seen.shots(others), frame)
-        there = seen.shots(left)
-        good = there.good & (texels.used.sum(axis=1) > 1)[:, None]
-        unit = radiances(fits, there.lit, normals_of(texels.slopes, frame), good)
-        off = np.where(good[..., None], np.einsum("npcm,nm->npc", unit, texels.weights) - there.radiance, 0)
-        size = np.where(good[..., None], there.radiance, 0)
-        found[left] = np.sqrt((off ** 2).sum(axis=(0, 2)) / np.maximum((size ** 2).sum(axis=(0, 2)), 1e-300))
-    return found
+    (p,). They are solved from slopes (n, 2)."""
+    photograph = np.arange(seen.good.shape[1])
+    own = photograph % _GROUPS == np.arange(_GROUPS)[:, None]
+    texels = _of_each(fits, seen, frame, slopes, ~own & np.isin(photograph, alike))
+    there = _repeated(seen, own)
+    good = there.good & (texels.used.sum(axis=1) > 1)[:, None]
+    unit = radiances(fits, there.lit, normals_of(texels.slopes, frame), good)
+    off = np.where(good[..., None], np.einsum("npcm,nm->npc", unit, texels.weights) - there.radiance, 0)
+    size = np.where(good[..., None], there.radiance, 0)
+    return np.sqrt((off ** 2).sum(axis=(0, 2)) / np.maximum((size ** 2).sum(axis=(0, 2)), 1e-300))
 
 
-def _room(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray) -> list[str]:
+def _of_each(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray,
+             used: BoolArray) -> Texels:
+    """What each of some choices of photographs, (choices, p), tells of n texels, solved from slopes (n, 2) all at once:
+    choices * n of them."""
+    return solved(fits, _repeated(seen, used), frame, np.tile(slopes, (len(used), 1)))
+
+
+def _repeated(seen: Observed, used: BoolArray) -> Observed:
+    """The same for each of some choices of photographs, (choices, p), that count."""
+    many = seen.some(np.tile(np.arange(len(seen.good)), len(used)))
+    return many._replace(good=many.good & np.repeat(used, len(seen.good), axis=0))
+
+
+def _room(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray) -> list[str]:
     """Whether photographs show light that no lamp of theirs brings."""
-    dark, lit = solved(fits, seen, frame), solved([*fits, _Room()], seen, frame)
+    dark, lit = solved(fits, seen, frame, slopes), solved([*fits, _Room()], seen, frame, slopes)
     brought = np.where(seen.good[..., None], seen.lit.brought, 0).mean(axis=2)
     share = float(np.median((lit.weights[:, -1:] * brought).sum(axis=1) / np.maximum(
         np.where(seen.good, seen.radiance.mean(axis=2), 0).sum(axis=1), 1e-300)))

@@ -1,6 +1,7 @@
-"""Maps of a flat sample as pictures: masks of 8 bits, and a normal map of 16.
+"""Maps of a flat sample as pictures of 16 bits: masks, and a normal map.
 
-A mask is white where the weight of its material is the largest of all; what that is, stands in the report. The normal
+A mask is white where the weight of its material is as large as nearly all are at most; what that is, stands in the
+report. The normal
 map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
 """
 
@@ -23,6 +24,7 @@ from .flat_photograph import FlatPhotograph, observed
 from .picture_files import NEEDED
 from .scale import ANGLES, too_bright
 
+_NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
 _LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
 _WEIGHED = 4000             # texels whose reflectance is looked at
@@ -37,8 +39,9 @@ class Layers(NamedTuple):
     masks : (h, w, materials - 1) float64
         The share of each material but the first, where it lies upon those before it.
     brightness : (h, w) float64
-        The sum of the weights, over `most`.
+        The sum of the weights, over `most`, 1 at most.
     most : float
+        What nearly all sums are below: a few texels, as of a glint, may be brighter.
     """
 
     masks: FloatArray
@@ -57,8 +60,13 @@ def layers(weights: FloatArray) -> Layers:
     """
     sums = np.cumsum(weights, axis=2)[::-1]
     masks = weights[::-1, :, 1:] / np.where(sums[..., 1:] > 0, sums[..., 1:], 1.0)
-    most = float(sums[..., -1].max()) or 1.0
-    return Layers(masks, sums[..., -1] / most, most)
+    most = white(sums[..., -1])
+    return Layers(masks, np.minimum(sums[..., -1] / most, 1), most)
+
+
+def white(weights: FloatArray) -> float:
+    """The weight that is white in a picture: what nearly all of them are at most, or 1 where all are 0."""
+    return float(np.percentile(weights, _NEARLY_ALL, method="higher") or weights.max()) or 1.0
 
 
 def normal_map(maps: Maps) -> FloatArray:
@@ -69,8 +77,8 @@ def normal_map(maps: Maps) -> FloatArray:
     return np.asarray((maps.normals @ np.stack([x, np.cross(z, x), z]).T)[::-1] / 2 + 0.5)
 
 
-def png(values: FloatArray, bits: int) -> bytes:
-    """A file of values, 0 to 1, (h, w) or (h, w, 3), as integers of 8 or 16 bits.
+def png(values: FloatArray) -> bytes:
+    """A file of values, 0 to 1, (h, w) or (h, w, 3), as integers of 16 bits.
 
     Raises ImportError if OpenImageIO is absent.
     """
@@ -78,7 +86,7 @@ def png(values: FloatArray, bits: int) -> bytes:
         import OpenImageIO
     except ImportError as error:
         raise ImportError(NEEDED) from error
-    whole = np.round(np.clip(values, 0, 1) * (2 ** bits - 1)).astype(f"uint{bits}").reshape(*values.shape[:2], -1)
+    whole = np.round(np.clip(values, 0, 1) * 65535).astype(np.uint16).reshape(*values.shape[:2], -1)
     height, width, channels = whole.shape
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "map.png")
@@ -158,13 +166,13 @@ def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
     They take the place of those of an earlier run, as `files.replacing_together` does it. Raises OSError, or
     ImportError if OpenImageIO is absent.
     """
-    most = float(maps.weights.max()) or 1.0
+    most = white(maps.weights.max(axis=2))
     told = [*lines, f"White in a mask is a weight of {most:.6g}"]
     with replacing_together(Path(folder)) as part:
         for number, fit in enumerate(maps.fits):
-            (part / f"mask-{number + 1}.png").write_bytes(png(maps.weights[::-1, :, number] / most, 8))
+            (part / f"mask-{number + 1}.png").write_bytes(png(maps.weights[::-1, :, number] / most))
             fit.save(part / f"material-{number + 1}.npz")
             told.append(f"mask-{number + 1}.png is the mask of material-{number + 1}.npz, {fit.name}")
-        (part / "normal.png").write_bytes(png(normal_map(maps), 16))
+        (part / "normal.png").write_bytes(png(normal_map(maps)))
         (part / "report.txt").write_text("".join(f"{printable(line)}\n" for line in told), "utf-8")
         return sorted(each.name for each in part.iterdir())

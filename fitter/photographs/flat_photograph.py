@@ -1,102 +1,65 @@
 """A photograph of a flat sample under one lamp, and what points of the sample show in it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
-from ..errors import DatasetError
+from ..arrays import BoolArray, FloatArray, IntArray, RealArray
 from .ball import STEEPEST, saturated
+from .light import Light
+from .photograph import Photograph
 
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
 _EXACT = 1e-9               # of a pixel: a step at which it ends
 _TOUCHED = 1e-3             # share of a pixel that does not count, which may be in a texel
+_BESIDE = 1.0               # pixel, by which a place may be beside the outermost centres
+_SPENT = 0.05               # of a texel's points, which may be saturated or masked
 _FLOOR = 1e-3               # of the picture's typical brightness, where its noise is not known
 _LEAST_NOISE = 1e-3         # of that, which nothing is below: files may say that black has none
 
 
 @dataclass(frozen=True, eq=False)
-class FlatPhotograph:
-    """A photograph of a flat sample, and where camera and lamp were.
+class FlatPhotograph(Photograph):
+    """A photograph of a flat sample; attributes and errors are those of a `Photograph`."""
 
-    Attributes
-    ----------
-    radiance : (height, width, channels) float64
-        Linear, the top row first, with whatever was there without the lamp subtracted.
-    rays : (height, width, 3) float64
-        Directions from the camera through the pixels' centres, unit vectors.
-    camera, lamp : (3,) float64
-        Positions, metres.
-    intensity : (channels,) float64
-        The lamp's radiant intensity, W/sr in the units of `radiance`, as of a `BallPhotograph`.
-    noise : (height, width, channels) float64, or None
-        The standard deviation of each value, in the units of `radiance`.
-    mask : (height, width) bool, or None
-        The pixels that count, where not all do.
-    name : str
-        For messages: the file.
-
-    Raises
-    ------
-    DatasetError
-        If the arrays do not have these shapes or hold numbers that are not finite.
-    """
-
-    radiance: FloatArray
+    radiance: RealArray
     rays: FloatArray
     camera: FloatArray
     lamp: FloatArray
     intensity: FloatArray
-    noise: FloatArray | None = None
+    noise: RealArray | None = None
     mask: BoolArray | None = None
     name: str = "photograph"
 
     def __post_init__(self) -> None:
-        radiance = self._set("radiance")
-        if radiance.ndim != 3 or min(radiance.shape) < 1 or min(radiance.shape[:2]) < 2 or radiance.shape[2] not in (
-                1, 3):
-            raise DatasetError(f"radiance has the shape {radiance.shape}, expected (height, width, 1 or 3) of 2 x 2 "
-                               f"pixels or more", self.name)
-        lengths = np.linalg.norm(self._set("rays", (*radiance.shape[:2], 3)), axis=-1)
-        if np.abs(lengths - 1).max() > 1e-3:
-            raise DatasetError(f"rays have lengths from {lengths.min():g} to {lengths.max():g}, expected unit vectors",
-                               self.name)
-        for field in ("camera", "lamp"):
-            self._set(field, (3,))
-        if not (self._set("intensity", radiance.shape[2:]) > 0).all():
-            raise DatasetError(f"an intensity of {self.intensity.tolist()} found, expected {radiance.shape[2]} numbers "
-                               f"above 0", self.name)
-        if self.noise is not None and not (self._set("noise", radiance.shape) >= 0).all():
-            raise DatasetError("noise below 0 found", self.name)
-        mask = np.ones(radiance.shape[:2], bool) if self.mask is None else np.asarray(self.mask, dtype=bool)
-        if mask.shape != radiance.shape[:2]:
-            raise DatasetError(f"the mask has the shape {mask.shape}, expected {radiance.shape[:2]}", self.name)
-        object.__setattr__(self, "mask", mask)
+        self._check(least=2)
 
     @cached_property
-    def counts(self) -> FloatArray:
-        """1 for pixels that count and are not saturated, 0 for others: (height, width, 1)."""
+    def counts(self) -> BoolArray:
+        """Which pixels count and are not saturated: (height, width)."""
         spent = saturated(self.radiance.reshape(-1, self.radiance.shape[2])).reshape(self.radiance.shape[:2])
-        return np.asarray((~spent if self.mask is None else self.mask & ~spent)[..., None].astype(float))
+        return ~spent if self.mask is None else self.mask & ~spent
+
+    def of_texels(self, points: FloatArray, count: int) -> "FlatPhotograph":
+        """The same with a pixel for each texel, the mean of its pixels: `points` (h + 1, w + 1, 3) are the corners of
+        texels, each of which has so many pixels along both axes."""
+        toward = (points - self.camera).reshape(-1, 3)
+        places = pixel_of(self.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)).reshape(
+            *points.shape[:2], 2)
+        noise = np.zeros_like(self.radiance[..., :1]) if self.noise is None else self.noise
+        light = texel_means(Light(self.radiance, noise, self.counts), places, count)
+        middle = (points[:-1, :-1] + points[1:, 1:]) / 2 - self.camera
+        return replace(self, radiance=light.radiance, noise=None if self.noise is None else light.noise,
+                       mask=light.known, rays=middle / np.linalg.norm(middle, axis=2, keepdims=True))
 
     @cached_property
     def floor(self) -> float:
         """The noise that is taken for granted where it is not known, in the units of `radiance`."""
         bright = self.radiance[self.radiance > 0]
         return _FLOOR * float(np.median(bright)) if len(bright) else _FLOOR
-
-    def _set(self, field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
-        array = np.asarray(getattr(self, field), dtype=float)
-        if shape is not None and array.shape != shape:
-            raise DatasetError(f"{field} has the shape {array.shape}, expected {shape}", self.name)
-        if not np.isfinite(array).all():
-            raise DatasetError(f"{field} holds numbers that are not finite; leave out saturated pixels by a mask",
-                               self.name)
-        object.__setattr__(self, field, array)
-        return array
 
 
 class Lit(NamedTuple):
@@ -153,15 +116,38 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
     pixel = np.zeros((len(points), 2))
     for k, each in enumerate(photographs):
         before = photographs[k - 1]
-        if k == 0 or each.rays is not before.rays or (each.camera != before.camera).any():
+        same = each.rays is before.rays or np.array_equal(each.rays, before.rays)
+        if k == 0 or not same or (each.camera != before.camera).any():
             pixel = pixel_of(each.rays, -seen.view[:, k])
         corner, share, inside = corners_of(pixel, each.radiance.shape[:2])
         radiance[:, k] = between(each.radiance, corner, share)
         noise[:, k] = each.floor if each.noise is None else np.maximum(between(each.noise, corner, share),
                                                                        _LEAST_NOISE * each.floor)
-        good[:, k] = inside & (between(each.counts, corner, share)[:, 0] > 1 - _TOUCHED)
+        good[:, k] = inside & (between(each.counts[..., None], corner, share)[:, 0] > 1 - _TOUCHED)
     steepest = np.minimum(seen.light @ normal, seen.view @ normal)
     return Observed(seen, radiance, noise, good & (steepest > np.cos(STEEPEST)))
+
+
+def texel_means(light: Light, places: FloatArray, count: int) -> Light:
+    """The means of what texels see, (h, w, channels), whose corners are at places (h + 1, w + 1, 2), rows and columns
+    of pixels: of count^2 points in each that are not saturated or masked. It is known where nearly all count."""
+    height, width = places.shape[0] - 1, places.shape[1] - 1
+    radiance, variance = (np.zeros((height * width, each.shape[2])) for each in light[:2])
+    number = np.zeros((height * width, 1))
+    for y, x in np.ndindex(count, count):
+        v, u = (y + 0.5) / count, (x + 0.5) / count
+        place = ((1 - v) * ((1 - u) * places[:-1, :-1] + u * places[:-1, 1:])
+                 + v * ((1 - u) * places[1:, :-1] + u * places[1:, 1:])).reshape(-1, 2)
+        corner, share, inside = corners_of(place, light.known.shape)
+        counts = (inside & (between(light.known[..., None], corner, share)[:, 0] > 1 - _TOUCHED))[:, None]
+        radiance += np.where(counts, between(light.radiance, corner, share), 0)
+        variance += np.where(counts, between(light.noise, corner, share) ** 2, 0)
+        number += counts
+    some = np.maximum(number, 1)
+    shape = height, width, -1
+    return Light((radiance / some).reshape(shape).astype(np.float32),
+                 (np.sqrt(variance) / some).reshape(shape).astype(np.float32),
+                 number.reshape(height, width) >= (1 - _SPENT) * count ** 2)
 
 
 def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
@@ -202,17 +188,18 @@ def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
 
 
 def corners_of(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """The first of the four pixels around each place, the shares of the others along both axes, and which are inside.
+    """The first of the four pixels around each place, the shares of the others along both axes, and which are inside:
+    within a pixel's width of the outermost ones' centres, since a sample may fill its pictures.
 
     Those outside are moved to the edge.
     """
     last = np.array(size) - 1
     held = np.clip(place, 0, last)
     corner = np.minimum(held.astype(int), last - 1)
-    return corner, held - corner, np.asarray((np.abs(place - held) < 1e-6).all(axis=1))
+    return corner, held - corner, np.asarray((np.abs(place - held) < _BESIDE).all(axis=1))
 
 
-def between(picture: FloatArray, corner: FloatArray, share: FloatArray) -> FloatArray:
+def between(picture: RealArray | BoolArray, corner: FloatArray, share: FloatArray) -> FloatArray:
     """A picture (h, w, k) at places between its pixels: (n, k)."""
     (row, column), y, x = corner.T, share[:, :1], share[:, 1:]
     return np.asarray((1 - y) * ((1 - x) * picture[row, column] + x * picture[row, column + 1])

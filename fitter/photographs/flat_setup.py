@@ -25,6 +25,11 @@ Places are the sample's: its middle is at 0, x runs along its width, y along its
                                     # distance from the sample's middle
     [brightness] = [1, 0.9, 1.1]    # of the lamps beside each other; or "found", by the sample itself, in each colour
 
+    [chrome]                        # a chrome ball in the photographs, whose highlights say where the lamps are that
+                                    # have neither place nor direction; at the lamp's distance, if it is not far away
+    mask = "chrome.png"             # white where it is; it lies in the sample's plane. Or centre = [0.06, 0, 0.005]
+    [radius] = 0.005                # metres; with a mask by default that of one which lies there
+
     [scale]                         # one of these:
     intensity = 3.2
     albedo = 0.5                    # of the sample, in the mean: a guess
@@ -47,27 +52,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
+from ..least_squares import damped_step, levenberg_marquardt
 from . import lamp_scale, viewpoint
-from .camera import pixel_angle, rays, rays_through
+from .ball import saturated
+from .camera import pixel_angle, rays_through
 from .descriptions import read
-from .flat import frame_of, points_of
+from .flat import frame_of, pixels_of, points_of, texel_corners
+from .flat_chrome import View, chrome_ball, lamps_shown
 from .flat_finding import MOST_MATERIALS
 from .flat_judging import lamp_brightness
-from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of
+from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of, texel_means
 from .lamp_scale import Measured
-from .lamps import PLACED, alike, placed_lamp, with_light_positions
+from .lamps import PLACED, Lamp, alike, placed_lamp, with_light_positions
 from .light import Light, same_pictures
-from .pictures import Pictures, mask_of
+from .picture_files import about
+from .pictures import Part, Pictures, mask_of
 from .scale import GUESSED
-from .setup import lights_of, name_of
+from .setup import lights_of, name_of, size_of
 from .table import LEAST, Table
 
 MOST_TEXELS, _DEFAULT_TEXELS = 4096, 1024   # along the width
 _CAMERA = "position", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding"
 _SCALES = "intensity", "albedo", "card"
 _OFF = 3.0                  # pixels that a corner may be off: an edge is found within one by hand
+_BESIDE = 32                # pixels that are kept around the sample
+_MANY, _ROOM = 4, 1 << 22   # pixels of a texel along both axes whose mean is kept; of a part that is kept as it is
 _EDGE = 1.5                 # pixels from the sample's edge, within which they see what is beside it too
 _MEASURED = 0.02            # of its distance, by which a camera's place may be wrong that somebody has measured
 _ROUNDS = 40                # toward the camera's place; it takes 10
@@ -119,11 +130,12 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     """
     description, path = read(path)
     table = Table(description, "", path).only("name", "materials", "texels", "camera", "sample", "lamp", "scale",
-                                              "photograph", "leave_out")
+                                              "photograph", "leave_out", "chrome")
     table.table("camera").only(*_CAMERA)
     sample = table.table("sample").only("width", "height", "corners", "mask")
     ball = _ball(table.table("lamp").only("positions", "distance", "ball", "brightness", "dark",
                                                "flat"))
+    table.table("chrome").only("centre", "radius", "mask")
     lamp_scale.check(table.table("scale"), _SCALES)
     count, materials = table.value("materials"), None
     if isinstance(count, int) and not 1 <= count <= MOST_MATERIALS:
@@ -138,28 +150,36 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     tables = _kept(table, [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")])
     camera, lamp = table.table("camera"), table.table("lamp")
     pictures = Pictures.of(camera, lamp)
-    lights = lights_of(tables, pictures, path)
-    height, width, channels = lights[0].radiance.shape
+    height, width = size_of(tables, path)
     mask = mask_of(sample, (height, width))
-    if mask is not None:
-        lights = [light._replace(known=light.known & mask) for light in lights]
     if corners is not None:
         placed = {**description["sample"], "corners": _in_order(corners, (height, width)).tolist()}
         sample = Table({**description, "sample": placed}, "", path).table("sample")
     places = _places(sample, (height, width))
-    angle = viewpoint.field_of_view(camera, pictures.said.values(), path)
+    shape = _shape(table, places, y / x)
+    angle = viewpoint.field_of_view(camera, (about(each.files("files")[0]) for each in tables), path)
     pose = _pose(camera, rays_through(places, (height, width), angle), whole, angle / width)
-    toward = rays(height, width, angle, pose.turn)
-    off = float(np.linalg.norm(pose.off, axis=1).max() / pixel_angle(toward))
+    view = View(pose.position, pose.turn, (height, width), angle)
+    off = float(np.linalg.norm(pose.off, axis=1).max() / (2 * np.tan(angle / 2) / width))
     if off > _OFF:
         raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
                                       f"{_OFF:g} pixels: one is {off:.1f} off")
-    lamps = [placed_lamp(each, np.zeros(3), pose.turn if lamp.has("positions") else None, ball)
-             for each in tables]
+    window = _Window.of(view, whole, places, shape, mask)
+    lights = lights_of(tables, pictures, path, window.part, window.reduced)
+    found = _lamps(table, tables, pictures, view, ball)
+    if missing := [name_of(each) for each, one in zip(tables, found, strict=True) if one is None]:
+        notes += f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}",
+    lamps = [each for each in found if each is not None]
+    tables = [each for each, one in zip(tables, found, strict=True) if one is not None]
+    lights = [each for each, one in zip(lights, found, strict=True) if one is not None]
+    if not lamps:
+        raise table.error("chrome", "a ball that shows the lamp in some photograph")
     are_far, size = alike(lamps, path), 2 * float(np.hypot(x, y))
     scale, what = _scale(table, (height, width), angle, pose, size)
-    intensity, note = lamp_scale.intensity_of(scale, pictures, channels, what, are_far)
-    lights = _without_rim(lights, toward, pose, np.array([x, y]))
+    intensity, note = lamp_scale.intensity_of(scale, pictures, lights[0].radiance.shape[2], what, are_far)
+    toward = window.toward
+    if window.corners is None:
+        lights = _without_rim(lights, toward, pose, np.array([x, y]))
     photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
                                   light.noise, light.known, name_of(shot))
                    for light, each, shot in zip(lights, lamps, tables, strict=True)]
@@ -176,7 +196,7 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
         note = GUESSED.format(f"{albedo:g}"), *note
     where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
         *pose.position, off)
-    return Flat(table.text("name", path.stem), photographs, whole, _shape(table, places, y / x), materials,
+    return Flat(table.text("name", path.stem), photographs, whole, shape, materials,
                 (*pictures.notes, *notes, where, *note),
                 same_pictures([light.radiance for light in lights], [each.name for each in photographs]), albedo,
                 count)
@@ -195,6 +215,16 @@ def _brightness(lamp: Table, photographs: list[FlatPhotograph], corners: FloatAr
     if not (given >= LEAST).all():
         raise lamp.error("brightness", '"found", or numbers above 0')
     return given[:, None]
+
+
+def _lamps(table: Table, shots: list[Table], pictures: Pictures, view: View,
+           ball: FloatArray | None) -> list[Lamp | None]:
+    """The lamps of photographs, by their tables, or where these do not say by a chrome ball in them; None where that
+    shows none."""
+    lamp = table.table("lamp")
+    if table.has("chrome") and not any(each.has(key) for each in shots for key in PLACED):
+        return lamps_shown(shots, chrome_ball(table.table("chrome"), view), pictures, view, lamp.number("distance"))
+    return [placed_lamp(each, np.zeros(3), view.turn if lamp.has("positions") else None, ball) for each in shots]
 
 
 def _kept(table: Table, shots: list[Table]) -> list[Table]:
@@ -264,19 +294,18 @@ def _pose(camera: Table, toward: FloatArray, corners: FloatArray, pixel: float) 
 
 
 def _descended(miss: Callable[[FloatArray], FloatArray], position: FloatArray) -> FloatArray:
-    """Where the least squares of what a function misses are, near a position: by damped Gauss-Newton."""
-    damping, now = 1e-3, miss(position)
-    for _ in range(_ROUNDS):
-        step = 1e-6 * float(np.linalg.norm(position))
-        slope = np.stack([(miss(position + step * axis) - now) / step for axis in np.eye(3)], axis=1)
-        gram = slope.T @ slope
-        tried = position - np.linalg.solve(gram + damping * np.diag(gram.diagonal()), slope.T @ now)
-        after = miss(tried)
-        if (after ** 2).sum() < (now ** 2).sum():
-            position, now, damping = tried, after, damping / 10
-        else:
-            damping *= 10
-    return position
+    """Where the least squares of what a function misses are, near a position."""
+    def evaluate(place: FloatArray) -> tuple[float, FloatArray]:
+        off = miss(place)
+        return float(off @ off), off
+
+    def linearise(place: FloatArray, off: FloatArray) -> Callable[[float], FloatArray]:
+        step = 1e-6 * float(np.linalg.norm(place))
+        slope = np.stack([(miss(place + step * axis) - off) / step for axis in np.eye(3)], axis=1)
+        return lambda damping: place - damped_step(slope.T @ slope, slope.T @ off, damping)
+
+    return levenberg_marquardt(position, evaluate, linearise, steps=_ROUNDS, tries=8, grow=10, shrink=10, enough=0,
+                               damping=1e-3)[0]
 
 
 def _turned(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _Pose:
@@ -307,6 +336,47 @@ def _without_rim(lights: list[Light], toward: FloatArray, pose: _Pose, half: Flo
         known[rim] = between(light.known[..., None].astype(float), corner, share)[:, 0] > 1 - 1e-9
         filled.append(Light(radiance, noise, known))
     return filled
+
+
+class _Window(NamedTuple):
+    """What is kept of photographs: a part of their pixels, or where texels are larger the means of these."""
+
+    part: Part
+    toward: FloatArray
+    """The directions in which pixels or texels are seen: (h, w, 3)."""
+    mask: BoolArray | None
+    """Of the pixels of the part that count."""
+    corners: FloatArray | None = None
+    """The corners of texels, rows and columns of the part's pixels: (h + 1, w + 1, 2)."""
+    pixels: int = 1
+    """Pixels of a texel along both axes."""
+
+    @classmethod
+    def of(cls, view: View, whole: FloatArray, places: FloatArray, shape: tuple[int, int],
+           mask: BoolArray | None) -> "_Window":
+        """Of pictures in which the corners `whole` (4, 3) of a sample are at these places, (4, 2)."""
+        first, last = np.floor(places.min(axis=0)) - _BESIDE, np.ceil(places.max(axis=0)) + _BESIDE
+        columns, rows = (slice(max(int(a), 0), min(int(b), side))
+                         for a, b, side in zip(first, last, view.size[::-1], strict=True))
+        part, count = (rows, columns), pixels_of(places, shape)
+        mask = None if mask is None else mask[part]
+        if count < _MANY and (count == 1 or (rows.stop - rows.start) * (columns.stop - columns.start) < _ROOM):
+            return cls(part, view.rays(part), mask)
+        # what is right beside the sample's edge gets into the pixels there
+        sides = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)
+        corners = view.places(texel_corners(whole, shape, _EDGE / sides[[1, 3]].min(), _EDGE / sides[[0, 2]].min()))
+        toward = points_of(whole, shape).reshape(*shape, 3) - view.position
+        toward /= np.linalg.norm(toward, axis=2, keepdims=True)
+        return cls(part, toward[::-1], mask, corners[::-1, :, ::-1] - (rows.start + 0.5, columns.start + 0.5), count)
+
+    def reduced(self, light: Light) -> Light:
+        """What is kept of a part's light."""
+        if self.mask is not None:
+            light = light._replace(known=light.known & self.mask)
+        if self.corners is None:
+            return light
+        spent = saturated(light.radiance.reshape(-1, light.radiance.shape[2])).reshape(light.known.shape)
+        return texel_means(light._replace(known=light.known & ~spent), self.corners, self.pixels)
 
 
 def _shape(table: Table, places: FloatArray, aspect: float) -> tuple[int, int]:

@@ -7,13 +7,15 @@ Problems Whose Variables Separate, SIAM Journal on Numerical Analysis 10(2), 197
 """
 
 from collections.abc import Sequence
-from itertools import combinations
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, Directions, FloatArray, IntArray
+from ..least_squares import nonnegative
 from ..model import Reflectance
+from ..model.microfacet import Microfacet
 from .ball import STEEPEST, about
 from .flat_photograph import Lit, Observed
 
@@ -128,8 +130,21 @@ def radiances(fits: Sequence[Reflectance], lit: Lit, normals: FloatArray, good: 
     directions = about(normal, lit.light[good], lit.view[good])
     brought = np.maximum(np.cos(directions[0]), 0)[:, None] * lit.brought[good]
     found = np.zeros((*lit.brought.shape, len(fits)))
-    found[good] = np.stack([fit.evaluate(*directions) * brought for fit in fits], axis=-1)
+    found[good] = _reflectances(fits, directions) * brought[..., None]
     return found
+
+
+def _reflectances(fits: Sequence[Reflectance], directions: Directions) -> FloatArray:
+    """Of each material, (n, channels, materials), 1/sr. Models of the same lobes are evaluated as one with more
+    channels."""
+    first, *others = fits
+    if isinstance(first, Microfacet) and all(isinstance(each, Microfacet) and each.alpha is first.alpha
+                                             for each in others):
+        models = [each for each in fits if isinstance(each, Microfacet)]
+        joint = replace(first, kd=np.concatenate([each.kd for each in models]),
+                        ks=np.concatenate([each.ks for each in models], axis=1))
+        return np.swapaxes(joint.evaluate(*directions).reshape(-1, len(models), len(first.kd)), 1, 2)
+    return np.stack(np.broadcast_arrays(*(fit.evaluate(*directions) for fit in fits)), axis=-1)
 
 
 def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first: FloatArray | None = None,
@@ -231,39 +246,10 @@ def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray
     return _weights(unit, seen, found.used, scale_of(seen, expected, found.used, prior=prior), prior)
 
 
-def least_squares(unit: FloatArray, values: FloatArray) -> FloatArray:
-    """Least squares without negative coefficients, of few unknowns: by every choice of those that are not 0.
-
-    Parameters
-    ----------
-    unit : (n, q, m)
-    values : (n, q)
-
-    Returns
-    -------
-    (n, m)
-
-    Examples
-    --------
-    >>> least_squares(np.array([[[1.0, 1.0], [0.0, 1.0]]]), np.array([[2.0, -1.0]])).round(6)
-    array([[2., 0.]])
+def _nonnegative(unit: FloatArray, values: FloatArray) -> FloatArray:
+    """The nonnegative weights, (n, m), with which radiances of unit weights, (n, q, m), are closest to values (n, q).
     """
     return nonnegative(_gram(unit), np.einsum("nqm,nq->nm", unit, values))
-
-
-def nonnegative(gram: FloatArray, right: FloatArray) -> FloatArray:
-    """The same by the normal equations, (n, m, m) and (n, m)."""
-    found, most = np.zeros(right.shape), np.zeros(len(right))
-    for count in range(1, right.shape[1] + 1):
-        for chosen in combinations(range(right.shape[1]), count):
-            part = np.ix_(range(len(right)), chosen, chosen)
-            w = np.linalg.solve(gram[part], right[:, chosen, None])[..., 0]
-            explained = np.einsum("nm,nm->n", w, right[:, chosen])
-            better = (w >= 0).all(axis=1) & (explained > most)
-            of_all = np.zeros(right.shape)
-            of_all[:, chosen] = w
-            found, most = np.where(better[:, None], of_all, found), np.where(better, explained, most)
-    return found
 
 
 def _gram(unit: FloatArray) -> FloatArray:
@@ -276,7 +262,7 @@ def _weights(unit: FloatArray, seen: Observed, used: BoolArray, scale: FloatArra
     """The weights for radiances of unit weights: (n, p, c, m) to (n, m)."""
     share = used[..., None] / scale
     n, p, channels, m = unit.shape
-    return least_squares(*_with_prior((unit * share[..., None]).reshape(n, p * channels, m),
+    return _nonnegative(*_with_prior((unit * share[..., None]).reshape(n, p * channels, m),
                                       (seen.radiance * share).reshape(n, p * channels), used, prior))
 
 
@@ -372,7 +358,7 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
     unit = at(everywhere, slopes) if unit is None else (unit * share[..., None]).reshape(
         *observed_values.shape, -1)
     unit, values = _with_prior(unit[:, :observed_values.shape[1]], observed_values, used, prior)
-    weights = least_squares(unit, values)
+    weights = _nonnegative(unit, values)
     cost = _cost(unit, values, weights, slopes, prior)
     change, derived = np.zeros((*unit.shape, 2)), np.full_like(slopes, np.inf)
     damping, going = np.full(len(slopes), 1e-2), everywhere
@@ -392,7 +378,7 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
             break
         tried = slopes[going] + step
         there = at(going, tried)
-        w = least_squares(there, values[going])
+        w = _nonnegative(there, values[going])
         now = _cost(there, values[going], w, tried, prior)
         better = now < cost[going]
         at_better = going[better]

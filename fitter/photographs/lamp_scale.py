@@ -11,6 +11,7 @@ from .ball import BallPhotograph
 from .descriptions import Description
 from .lamps import FAR, Lamp, alike, direction_of
 from .light import Light
+from .picture_files import about
 from .pictures import Pictures
 from .scale import intensity_of_ball, intensity_of_card
 from .table import Table, is_number
@@ -89,12 +90,12 @@ def _intensity(scale: Table) -> FloatArray:
 
 def _region(card: Table, pictures: Pictures) -> FloatArray:
     """The radiance of the pixels that a card fills: (n, channels)."""
-    light = pictures.of_lamp(card, "file")
-    left, top, right, bottom = card.numbers("region", 4).astype(int)
-    height, width = light.known.shape
+    left, top, right, bottom = card.numbers("region", 4).astype(int).tolist()
+    height, width = about(card.files("file")[0]).size
     if not (0 <= left < right <= width and 0 <= top < bottom <= height):
         raise card.error("region", f"left, top, right and bottom within {width} x {height} pixels")
-    part = light.radiance[top:bottom, left:right][light.known[top:bottom, left:right]]
+    light = pictures.of_lamp(card, "file", (slice(top, bottom), slice(left, right)))
+    part = light.radiance[light.known]
     if not len(part):
         raise DatasetError("the card is saturated", card.files("file")[0])
     return np.asarray(part)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, FloatArray, RealArray
 from ..errors import DatasetError
 from . import light_positions
 from .chrome import Highlight, lamp_of_highlight
@@ -40,7 +40,7 @@ class ChromeBall(NamedTuple):
     radius: float
 
 
-def lamp_of(table: Table, shown: FloatArray | None, view: Viewpoint, camera: ArrayLike, middle: FloatArray,
+def lamp_of(table: Table, shown: RealArray | None, view: Viewpoint, camera: ArrayLike, middle: FloatArray,
             chrome: ChromeBall) -> Lamp:
     """The lamp of a table that has one of `KEYS`.
 
@@ -136,6 +136,12 @@ def with_light_positions(description: Description, path: Path, turn: FloatArray,
     return {**description, "photograph": lit}, notes
 
 
+def _alike(pictures: Sequence[Path]) -> list[tuple[Path, ...]]:
+    """Pictures, and those of each kind of file."""
+    kinds = dict.fromkeys(each.suffix for each in pictures)
+    return [tuple(pictures), *(tuple(each for each in pictures if each.suffix == kind) for kind in kinds)]
+
+
 def _files_of(found: light_positions.LightPositions, folder: Path) -> tuple[list[Path], bool]:
     """The files of light positions in a folder, and whether they are those that it names.
 
@@ -149,8 +155,9 @@ def _files_of(found: light_positions.LightPositions, folder: Path) -> tuple[list
             return files, True
     pictures = pictures_in(folder)
     if not are_named:
-        # what relight has made is in a folder beside the photographs, or within theirs
-        pictures = next((each for each in (pictures, pictures_in(folder.parent)) if len(each) == len(found.names)), ())
+        # what relight has made is in a folder beside the photographs, or within theirs, and the ball's picture in that
+        beside = [each for place in (folder, folder.parent) for each in _alike(pictures_in(place))]
+        pictures = next((each for each in beside if len(each) == len(found.names)), ())
         files = [folder / "photograph"] * len(found.names)
     if len(pictures) != len(found.names):
         missing = next(each.name for each in files if not each.is_file())

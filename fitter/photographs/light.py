@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 
 SATURATED = 0.95            # of white: pixels above it are left out
@@ -44,12 +44,12 @@ class Light(NamedTuple):
     """The light that reached the camera: radiance, its standard deviation, both (h, w, channels), and where it is known
     (h, w)."""
 
-    radiance: FloatArray
-    noise: FloatArray
+    radiance: RealArray
+    noise: RealArray
     known: BoolArray
 
 
-def same_pictures(pictures: Sequence[FloatArray], names: Sequence[str]) -> tuple[str, ...]:
+def same_pictures(pictures: Sequence[RealArray], names: Sequence[str]) -> tuple[str, ...]:
     """A line that tells of photographs, (h, w, channels), which repeat another one's picture, if there are any."""
     sums = [float(picture.sum()) for picture in pictures]
     same = [number for number, picture in enumerate(pictures) if any(
@@ -114,21 +114,27 @@ def without(light: Light, dark: Light) -> Light:
     return Light(light.radiance - dark.radiance, np.hypot(light.noise, dark.noise), light.known & dark.known)
 
 
-def flattened(light: Light, flat: Light) -> Light:
+def middle_of(size: tuple[int, ...]) -> tuple[slice, slice]:
+    """The rows and columns of a picture whose brightness others are compared with."""
+    rows, columns = (slice(int(side * (0.5 - _CENTRE)), int(side * (0.5 + _CENTRE)) + 1) for side in size)
+    return rows, columns
+
+
+def flattened(light: Light, flat: Light, middle: RealArray | None = None) -> Light:
     """Light without the vignetting that a photograph of an evenly bright surface shows.
 
-    What the middle of the picture shows stays as it is.
+    What the middle of the picture shows stays as it is; of a part of the pictures `middle`, (channels,), is what the
+    even surface shows there.
     """
     _same_size(light.radiance, flat.radiance, "the photograph of an even surface")
-    height, width = flat.known.shape
-    rows, columns = (slice(int(side * (0.5 - _CENTRE)), int(side * (0.5 + _CENTRE)) + 1) for side in (height, width))
-    middle = flat.radiance[rows, columns].mean(axis=(0, 1))
+    if middle is None:
+        middle = flat.radiance[middle_of(flat.known.shape)].mean(axis=(0, 1))
     share = flat.radiance / np.where(middle > 0, middle, 1)
     seen = flat.known & (share > 0).all(axis=2)
     share = np.where(seen[..., None], share, 1.0)
     return Light(light.radiance / share, light.noise / share, light.known & seen)
 
 
-def _same_size(first: FloatArray, second: FloatArray, what: str) -> None:
+def _same_size(first: RealArray, second: RealArray, what: str) -> None:
     if first.shape != second.shape:
         raise DatasetError(f"{what} has the size {second.shape}, expected {first.shape} as of the others")

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, SingleArray
 from ..colours import from_primaries, linear_of_srgb
 from ..errors import DatasetError
 from .light import exposure_of
@@ -41,9 +41,11 @@ class Picture:
 
     Attributes
     ----------
-    pixels : (height, width, 1 or 3) float64
-        Linear, the top row first; of integers, 1 is white.
-    step : float, or (height, width, channels) float64
+    stored : (height, width, 1 or 3) float32
+        As the file has them, the top row first; of integers, 1 is white.
+    bend : function, or None
+        Makes them linear, where they are not.
+    stored_step : float
         Between two values that the file can hold.
     exposure : float, or None
         By the file's exposure time, aperture and sensitivity.
@@ -59,14 +61,34 @@ class Picture:
         Whether EXIF says that viewers show it turned or mirrored.
     """
 
-    pixels: FloatArray
-    step: FloatArray | float = 0.0
+    stored: SingleArray
+    bend: Callable[[FloatArray], FloatArray] | None = None
+    stored_step: float = 0.0
     exposure: float | None = None
     field_of_view: float | None = None
     focal_length: float | None = None
     matrix: FloatArray | None = None
     notes: tuple[str, ...] = ()
     is_turned: bool = False
+
+    def linear(self, part: Any = slice(None)) -> tuple[FloatArray, FloatArray | float]:
+        """A part of the pixels, linear, (height, width, channels) float64, and the step between two values that the
+        file can hold, of each or of all."""
+        pixels = self.stored[part].astype(float)
+        if self.bend is None:
+            return pixels, self.stored_step
+        linear = self.bend(pixels)
+        return linear, self.bend(pixels + self.stored_step) - linear
+
+    @property
+    def pixels(self) -> FloatArray:
+        """All pixels, linear."""
+        return self.linear()[0]
+
+    @property
+    def step(self) -> FloatArray | float:
+        """Between two values that the file can hold, of each pixel or of all."""
+        return self.linear()[1]
 
 
 class About(NamedTuple):
@@ -108,7 +130,9 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
             raise DatasetError(f"cannot be read: {file.geterror() or 'damaged'}", path)
         notes = ("the first of several parts is read",) if file.seek_subimage(1, 0) else ()
     channels, more = _colours(spec, path)
-    pixels = np.asarray(stored, dtype=float).reshape(spec.height, spec.width, -1)[..., channels]
+    pixels = np.asarray(stored, dtype=np.float32).reshape(spec.height, spec.width, -1)
+    if channels != list(range(pixels.shape[2])):
+        pixels = pixels[..., channels]
     if not np.isfinite(pixels).all():
         raise DatasetError("holds numbers that are not finite", path)
     if _has_window(spec):
@@ -117,7 +141,7 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
                  "they are put: it is black beside them",)
     turn = _SHOWN.get(int(_positive(spec, "Orientation") or 1))
     more += () if turn is None else (TURNED.format(turn),)
-    picture = _linear(pixels, spec, encoding)
+    picture = _picture(pixels, spec, encoding)
     return replace(picture, notes=(*picture.notes, *notes, *more), is_turned=turn is not None)
 
 
@@ -137,9 +161,9 @@ def _size(spec: Any, path: Path) -> tuple[int, int]:
     return spec.full_height, spec.full_width
 
 
-def _in_display(pixels: FloatArray, spec: Any, size: tuple[int, int]) -> FloatArray:
+def _in_display(pixels: SingleArray, spec: Any, size: tuple[int, int]) -> SingleArray:
     """Pixels in their place of the display window, which is black beside them: (height, width, channels)."""
-    shown = np.zeros((*size, pixels.shape[2]))
+    shown = np.zeros((*size, pixels.shape[2]), np.float32)
     y, x = spec.y - spec.full_y, spec.x - spec.full_x
     part = pixels[max(-y, 0):size[0] - y, max(-x, 0):size[1] - x]
     shown[max(y, 0):max(y, 0) + part.shape[0], max(x, 0):max(x, 0) + part.shape[1]] = part
@@ -191,21 +215,15 @@ def _colours(spec: Any, path: Path) -> tuple[list[int], tuple[str, ...]]:
                        f"one", path)
 
 
-def _linear(pixels: FloatArray, spec: Any, encoding: str | None) -> Picture:
+def _picture(pixels: SingleArray, spec: Any, encoding: str | None) -> Picture:
     bits = _INTEGERS.get(str(spec.format))
-    step: FloatArray | float = 0.0 if bits is None else 1 / (2 ** bits - 1)
-    step_of_file = float(step)
-    notes: tuple[str, ...] = ()
+    step = 0.0 if bits is None else 1 / (2 ** bits - 1)
     bend = _bend(spec, bits, encoding)
-    if bend is not None:
-        pixels, step = bend(pixels), bend(pixels + step) - bend(pixels)
-        notes += (BENT,)
+    notes: tuple[str, ...] = () if bend is None else (BENT,)
     if bits == 8:
-        worst = step_of_file / _MID_GREY
-        if bend is not None:
-            worst = float(bend(np.array(_GREY_IN_SRGB + step_of_file))) / _MID_GREY - 1
+        worst = step / _MID_GREY if bend is None else float(bend(np.array(_GREY_IN_SRGB + step))) / _MID_GREY - 1
         notes += (f"8 bits a channel, whose steps are {worst:.1%} at a grey of {_MID_GREY:g}, more in the dark",)
-    return Picture(pixels, step, _exposure(spec), _field_of_view(spec), _positive(spec, "Exif:FocalLength"),
+    return Picture(pixels, bend, step, _exposure(spec), _field_of_view(spec), _positive(spec, "Exif:FocalLength"),
                    _matrix(spec), notes)
 
 

@@ -7,11 +7,17 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError, printable
-from .light import Exposure, Light, flattened, merged, without
-from .picture_files import ENCODINGS, Picture, read_picture
+from .ball import check_bright
+from .light import Exposure, Light, flattened, merged, middle_of, without
+from .picture_files import ENCODINGS, Picture, about, read_picture
 from .table import LARGEST, LEAST, Table
 
 _MASKED = 0.5               # of white
+_BAND = 1 << 20             # pixels that are merged at a time
+
+
+Part = tuple[slice, slice]
+"""The rows and columns of pictures that are kept."""
 
 
 @dataclass
@@ -22,62 +28,81 @@ class Pictures:
     ----------
     encoding, matrix : str or None, (3, 3) or None
         Of the description.
-    dark, flat : Light, or None
+    lamp : Table
+        Names the photographs of a dark room and an even surface.
     said : dict of Path to Picture
         Of the files that were read, without their pixels.
     """
 
     encoding: str | None
     matrix: FloatArray | None
-    dark: Light | None = None
-    flat: Light | None = None
+    lamp: Table
     said: dict[Path, Picture] = field(default_factory=dict)
+    _known: dict[tuple[str, str], Light] = field(default_factory=dict)      # of the whole lamp, by key and part
 
     @classmethod
     def of(cls, camera: Table, lamp: Table) -> "Pictures":
-        """As the tables `camera` and `lamp` say, which name the photographs of a dark room and an even surface."""
+        """As the tables `camera` and `lamp` say."""
         encoding = camera.value("encoding")
         if encoding not in (None, *ENCODINGS):
             raise camera.error("encoding", " or ".join(ENCODINGS))
-        pictures = cls(encoding, _matrix(camera))
-        dark = pictures.light(lamp, "dark") if lamp.has("dark") else None
-        flat = pictures.light(lamp, "flat") if lamp.has("flat") else None
-        pictures.dark, pictures.flat = dark, flat
-        return pictures
+        return cls(encoding, _matrix(camera), lamp)
 
-    def light(self, table: Table, key: str) -> Light:
-        """The light of the files of a key, in the colours of the camera."""
+    def light(self, table: Table, key: str, part: Part | None = None) -> Light:
+        """The light of the files of a key, in the colours of the camera; of a part in single precision."""
+        part, precision = ((slice(None), slice(None)), np.float64) if part is None else (part, np.float32)
         paths = table.files(key)
         pictures = [read_picture(path, self.encoding) for path in paths]
-        self.said |= {path: replace(each, pixels=each.pixels[:0], step=0.0)
+        self.said |= {path: replace(each, stored=each.stored[:0].copy())
                       for path, each in zip(paths, pictures, strict=True)}
+        if key == "files" and not any((each.stored > 0).any() for each in pictures):
+            check_bright(pictures[0].stored, paths[0])
         given = table.numbers("exposures", len(paths)) if table.has("exposures") else None
         if given is not None and not (given >= LEAST).all():
             raise table.error("exposures", f"numbers of {LEAST:g} to {LARGEST:g}")
         if given is None and len(paths) > 1 and any(each.exposure is None for each in pictures):
             raise table.error("exposures", "one for each file, for these do not say theirs")
         exposures = [each.exposure or 1.0 for each in pictures] if given is None else given.tolist()
-        try:
-            return merged([Exposure(each.pixels, exposure, each.step)
-                           for each, exposure in zip(pictures, exposures, strict=True)])
-        except DatasetError as error:
-            raise DatasetError(str(error), paths[0]) from error
+        shapes = {each.stored.shape for each in pictures}
+        if len(shapes) > 1:
+            raise DatasetError(f"exposures of several sizes found: {', '.join(map(str, sorted(shapes)))}", paths[0])
+        rows, columns = (range(*each.indices(side)) for each, side in zip(part, shapes.pop(), strict=False))
+        kept = len(rows), len(columns), pictures[0].stored.shape[2]
+        light = Light(np.zeros(kept, precision), np.zeros(kept, precision), np.zeros(kept[:2], bool))
+        step = max(_BAND // max(len(columns), 1), 1)
+        for first in range(0, len(rows), step):
+            band = slice(first, min(first + step, len(rows)))
+            there = slice(rows.start + band.start, rows.start + band.stop), slice(columns.start, columns.stop)
+            found = [(each.linear(there), exposure) for each, exposure in zip(pictures, exposures, strict=True)]
+            for whole, values in zip(light, merged([Exposure(pixels, exposure, between)
+                                                    for (pixels, between), exposure in found]), strict=True):
+                whole[band] = values
+        return light
 
-    def of_lamp(self, table: Table, key: str) -> Light:
+    def of_lamp(self, table: Table, key: str, part: Part | None = None) -> Light:
         """The light of the lamp alone, without vignetting, in linear Rec.709 where the camera's colours are known."""
-        light = self.light(table, key)
-        path = table.files(key)[0]
+        dark, flat = (self._known_light(name, part) if self.lamp.has(name) else None for name in ("dark", "flat"))
+        light, path = self.light(table, key, part), table.files(key)[0]
         try:
-            if self.dark is not None:
-                light = without(light, self.dark)
-            if self.flat is not None:
-                light = flattened(light, self.flat)
+            if dark is not None:
+                light = without(light, dark)
+            if flat is not None:
+                size = about(self.lamp.files("flat")[0]).size
+                middle = self._known_light("flat", middle_of(size))
+                light = flattened(light, flat, middle.radiance.mean(axis=(0, 1)))
         except DatasetError as error:
             raise DatasetError(str(error), path) from error
         matrix = self.matrix if self.matrix is not None else self.said[path].matrix
         if matrix is None or light.radiance.shape[2] != 3:
             return light
         return Light(light.radiance @ matrix.T, np.sqrt(light.noise ** 2 @ (matrix ** 2).T), light.known)
+
+    def _known_light(self, key: str, part: Part | None) -> Light:
+        """That of a file that belongs to all photographs."""
+        name = key, repr(part)
+        if name not in self._known:
+            self._known[name] = self.light(self.lamp, key, part)
+        return self._known[name]
 
     @property
     def notes(self) -> tuple[str, ...]:

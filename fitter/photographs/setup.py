@@ -49,7 +49,7 @@ top, right and bottom, pixels. A file among dark, flat, card, ball and chrome ma
 """
 
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -57,7 +57,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import progress
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError, printable
 from ..samples import Samples
 from . import lamp_scale, viewpoint
@@ -66,7 +66,8 @@ from .ball_finding import brightest, disc_of, find_ball
 from .descriptions import Description, read, with_paths
 from .lamps import KEYS, ChromeBall, alike, lamp_of, with_light_positions
 from .light import Light, same_pictures
-from .pictures import Pictures, mask_of
+from .picture_files import about
+from .pictures import Part, Pictures, mask_of
 from .samples import gathered, in_place
 from .scale import reflected, scaled, too_bright
 from .table import POSITIVE, Table
@@ -201,18 +202,28 @@ def _is_by_outline(ball: Table) -> bool:
     return bool(ball.value("centre") == "outline")
 
 
-def lights_of(tables: Sequence[Table], pictures: Pictures, path: Path) -> list[Light]:
-    """What the photographs of tables show, each of one size. Raises DatasetError if one is black."""
+def size_of(tables: Sequence[Table], path: Path) -> tuple[int, int]:
+    """Height and width of the photographs of tables. Raises DatasetError if they have several."""
+    sizes: dict[tuple[int, int], Table] = {}
+    for each in tables:
+        sizes.setdefault(about(each.files("files")[0]).size, each)
+    if len(sizes) > 1:
+        raise DatasetError("photographs of several sizes found: " + ", ".join(
+            f"{name_of(each)} {width} x {height}" for (height, width), each in sizes.items()), path)
+    return next(iter(sizes))
+
+
+def lights_of(tables: Sequence[Table], pictures: Pictures, path: Path, part: Part | None = None,
+              reduced: Callable[[Light], Light] = lambda light: light) -> list[Light]:
+    """What a part of the photographs of tables shows, each of one size, and is kept of it: they are read one at a time.
+    Raises DatasetError if one is black."""
+    size_of(tables, path)
     lights = []
     for number, each in enumerate(tables):
         progress.report(number / len(tables), f"Reading {name_of(each)}")
-        lights.append(pictures.of_lamp(each, "files"))
-        check_bright(lights[-1].radiance, each.files("files")[0])
-    sizes = {light.radiance.shape for light in lights}
-    if len(sizes) > 1:
-        raise DatasetError("photographs of several sizes found: " + ", ".join(
-            f"{name_of(each)} {light.radiance.shape[1]} x {light.radiance.shape[0]}" for each, light in zip(
-                tables, lights, strict=True)), path)
+        lights.append(reduced(pictures.of_lamp(each, "files", part)))
+        if part is None:
+            check_bright(lights[-1].radiance, each.files("files")[0])
     return lights
 
 
@@ -259,7 +270,7 @@ def _lamps(table: Table, pictures: Pictures, stage: _Stage, path: Path) -> tuple
     return [lamp.at(*stage.ball) for lamp in lamps], alike(lamps, path)
 
 
-def _chrome_ball(chrome: Table, shown: Sequence[FloatArray], stage: _Stage) -> ChromeBall:
+def _chrome_ball(chrome: Table, shown: Sequence[RealArray], stage: _Stage) -> ChromeBall:
     """Where the chrome ball of pictures is, which they show (h, w, channels)."""
     radius = chrome.number("radius", stage.ball.size) or stage.ball.size
     mask = mask_of(chrome, stage.mask.shape)

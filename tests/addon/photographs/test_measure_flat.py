@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -11,7 +12,7 @@ import fitter
 from fitter.formats import saved_samples
 from support import flat_files, flat_scene, stage
 from support.blend_state import state
-from support.cases import release
+from support.cases import quick, release
 from tests.addon.work.test_failing_operators import _Injection as Injection
 
 SIZE = flat_files.SIZE
@@ -32,7 +33,7 @@ def written(openimageio, sample, tmp_path_factory):
     folder = tmp_path_factory.mktemp("flat")
     for fit, name in zip(sample.fits, NAMES, strict=True):
         fit.save(folder / f"{name}.npz")
-    top = f"texels = 40\nmaterials = {[f'{name}.npz' for name in NAMES]}"
+    top = f"texels = 24\nmaterials = {[f'{name}.npz' for name in NAMES]}"
     return flat_files.write(folder, sample, flat_scene.lamps(10), top=top)
 
 
@@ -42,6 +43,23 @@ def scene(blender):
     made = stage.black_scene(*SIZE[::-1], samples=64, span=1)
     made.cycles.max_bounces, made.cycles.pixel_filter_type = 0, "BOX"
     return made
+
+
+@pytest.fixture(autouse=True)
+def measured_once(extension, monkeypatch):
+    """What the same description says is measured once for all tests."""
+    work = extension.addon.photographs.work
+    flat = work.flat
+
+    def once(path, *arguments):
+        key = Path(path).name, Path(path).read_text("utf-8"), repr(arguments)
+        if key not in _measured:
+            _measured[key] = flat(path, *arguments)
+        return _measured[key]
+    monkeypatch.setattr(work, "flat", once)
+
+
+_measured = {}
 
 
 def measure(path, **options):
@@ -85,8 +103,8 @@ def test_the_plane_looks_like_the_sample_from_above_and_from_the_side(scene, sam
     item = measure(written)
     np.testing.assert_allclose(item.dimensions, [flat_scene.SIZE, 0.8 * flat_scene.SIZE, 0], atol=1e-7)
     images = [image for image in bpy.data.images if image.packed_file is not None and "flat sample" in image.name]
-    assert sorted(image.depth for image in images) == [8, 8, 32, 96], "masks, brightness and normals"
-    assert all(image.colorspace_settings.is_data and tuple(image.size) == (40, 32) for image in images)
+    assert sorted(image.depth for image in images) == [32, 32, 32, 96], "masks, brightness and normals"
+    assert all(image.colorspace_settings.is_data and tuple(image.size) == (24, 19) for image in images)
     apart = {}
     for osl in (True, False):
         scene.cycles.shading_system = osl
@@ -154,15 +172,15 @@ def test_corners_drawn_as_a_mask_are_those_of_the_sample(scene, sample, written)
 
 
 def test_a_tile_is_smaller_and_repeats(scene, sample, written):
-    item = measure(changed(written, ("texels = 40", "texels = 64")), tile=True)
+    item = measure(written, tile=True)
     textures = [node for tree in (item.active_material.node_tree, *bpy.data.node_groups) for node in tree.nodes
                 if node.type == "TEX_IMAGE"]
     assert len(textures) == 6, "two masks, brightness, normals, and the two that are exported"
     assert {node.extension for node in textures} == {"REPEAT"}
     width, height = textures[0].image.size
     assert {tuple(node.image.size) for node in textures} == {(width, height)}
-    assert 32 <= width < 64
-    np.testing.assert_allclose(item.dimensions[:2], flat_scene.SIZE * np.array([width / 64, 0.8 * height / 51]),
+    assert 12 <= width < 24
+    np.testing.assert_allclose(item.dimensions[:2], flat_scene.SIZE * np.array([width / 24, 0.8 * height / 19]),
                                rtol=1e-5)
 
 
@@ -208,7 +226,7 @@ def shuffled(path):
 
 
 def test_the_info_line_warns_of_photographs_that_are_not_predicted(scene, written, capfd):
-    few = (("texels = 40", "texels = 12"),)
+    few = (("texels = 24", "texels = 6"),)
     measure(changed(written, *few))
     assert "is predicted within" in (told := capfd.readouterr().out)
     assert not [line for line in told.splitlines() if line.startswith("Warning:")]
@@ -219,19 +237,9 @@ def test_the_info_line_warns_of_photographs_that_are_not_predicted(scene, writte
 
 
 @pytest.fixture
-def at_once(scene, written, monkeypatch):
-    """What is found of few texels, for every description."""
-    from measured_brdf.addon.core.properties import default_choices
-    from measured_brdf.addon.core.reading import load_arguments
-    from measured_brdf.addon.photographs import work
-
-    if not _found:
-        path = changed(written, ("texels = 40", "texels = 4"), ("'krylon.npz', 'leather.npz'", "'krylon.npz'"))
-        _found.append(work.flat(str(path), None, False, (), {}, load_arguments(default_choices(""))))
-    monkeypatch.setattr(work, "flat", lambda *_: _found[0])
-
-
-_found = []
+def few(written):
+    """A description of two materials and few texels."""
+    return changed(written, ("texels = 24", "texels = 4"), ("'krylon.npz', 'leather.npz'", "'krylon.npz'"))
 
 
 def test_an_anisotropic_material_is_refused_before_any_is_fitted(extension, written, monkeypatch):
@@ -247,27 +255,31 @@ def test_an_anisotropic_material_is_refused_before_any_is_fitted(extension, writ
         work.flat(str(path), None, False, [], {}, {"colours": "Rec.709"})
 
 
-def test_an_error_anywhere_changes_nothing(at_once, written, capfd):
+@pytest.mark.parametrize("step", quick([1, 5], 5))
+def test_an_error_anywhere_changes_nothing(scene, few, capfd, step):
+    """Of all functions that are called, or of each fifth."""
+    measure(few)         # now it is known
+    bpy.ops.wm.read_factory_settings(use_empty=True)
     before, places = state(), []
-    for at in range(1, 200):
+    for at in range(1, 200, step):
         injection, result = Injection(at), None
         with contextlib.suppress(RuntimeError), injection:
-            result = bpy.ops.measured_brdf.measure_flat(filepath=str(written))
+            result = bpy.ops.measured_brdf.measure_flat(filepath=str(few))
         if injection.where is None:
             break
         places.append(injection.where)
         assert state() == before, injection.where
     assert result == {"FINISHED"}
     assert state() != before
-    assert len(places) > 5
+    assert len(places) > 10
     capfd.readouterr()
 
 
-def test_without_the_slice_that_mixes_it_says_so(at_once, written, monkeypatch):
+def test_without_the_slice_that_mixes_it_says_so(scene, few, monkeypatch):
     from measured_brdf.addon.core import mixing
 
     monkeypatch.setattr(mixing, "mixes", mixing.Mixes())
     before = state()
     with pytest.raises(RuntimeError, match="that mixes materials is not there"):
-        bpy.ops.measured_brdf.measure_flat(filepath=str(written))
+        bpy.ops.measured_brdf.measure_flat(filepath=str(few))
     assert state() == before

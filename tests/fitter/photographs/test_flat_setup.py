@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import descriptions, flat_setup
-from fitter.photographs.flat import points_of
+from fitter.photographs import camera, descriptions, flat_setup
+from fitter.photographs.flat import coarse, points_of
 from fitter.photographs.flat_photograph import observed, pixel_of
 from fitter.photographs.flat_setup import flat
+from fitter.photographs.pictures import Pictures
+from fitter.photographs.table import Table
 from support import ball_files, flat_files, flat_scene, wrong_values
 
 LAMPS = flat_scene.lamps(5)
@@ -199,6 +201,52 @@ def test_directions_hold_where_the_ball_stood(described):
         flat(path)
 
 
+def even(lamp, size, ball, radius):
+    """A Lambertian plane under a lamp, in a picture of this height and width, with a chrome ball: it shines where it
+    mirrors to within 6 degrees of the lamp."""
+    toward = flat_scene.rays(size)
+    place = flat_scene.CAMERA - toward * (flat_scene.CAMERA[2] / toward[..., 2:])
+    away = lamp - place
+    far = np.linalg.norm(away, axis=2, keepdims=True)
+    picture = 0.2 * away[..., 2:] / far ** 3 * np.ones(3)
+    picture[(np.abs(place[..., :2]) > np.array([0.05, 0.04])).any(axis=2)] = 0.01
+    back = flat_scene.CAMERA - ball
+    half = (toward * back).sum(axis=2)
+    root = half ** 2 - back @ back + radius ** 2
+    hit = root > 0
+    point = flat_scene.CAMERA + toward * (-half - np.sqrt(np.maximum(root, 0)))[..., None]
+    normal = (point - ball) / radius
+    mirrored = toward - 2 * (toward * normal).sum(axis=2, keepdims=True) * normal
+    to_lamp = (lamp - point) / np.linalg.norm(lamp - point, axis=2, keepdims=True)
+    shines = hit & ((mirrored * to_lamp).sum(axis=2) > np.cos(np.radians(6)))
+    picture[hit] = 0.02
+    picture[shines] = 20.0
+    return picture, hit
+
+
+@pytest.mark.parametrize("by", ["mask = 'ball.png'", "centre = [0.056, 0.005, 0.005]\nradius = 0.005"])
+def test_a_chrome_ball_in_the_photographs_says_where_the_lamps_are(openimageio, tmp_path, by):
+    """In one of the photographs it is in a shadow."""
+    size, ball = (540, 600), np.array([0.056, 0.005, 0.005])
+    for number, (name, lamp) in enumerate(zip(NAMES, LAMPS, strict=True)):
+        picture, hit = even(lamp, size, ball, 0.005)
+        picture[hit] *= number != 3
+        ball_files.write_picture(tmp_path / name, picture)
+    ball_files.write_picture(tmp_path / "ball.png", hit[..., None].astype(float))
+    distance = np.linalg.norm(LAMPS[0])
+    path = tmp_path / "setup.toml"
+    text = flat_files.description(NAMES, LAMPS, size=size, top="texels = 60", shots=["exposures = [1]"] * 5)
+    path.write_text(f"{text}[chrome]\n{by}\n[lamp]\ndistance = {distance}\n", "utf-8")
+    found = flat(path)
+    assert [each.name for each in found.photographs] == [NAMES[k] for k in (0, 1, 2, 4)]
+    assert "Left out, for the chrome ball shows no lamp there: lamp4.exr" in found.notes
+    places = np.array([each.lamp for each in found.photographs])
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), distance)
+    wanted = LAMPS[[0, 1, 2, 4]] / np.linalg.norm(LAMPS[[0, 1, 2, 4]], axis=1, keepdims=True)
+    print(angle(places / distance, wanted))
+    assert angle(places / distance, wanted).max() < 2.5       # a pixel is 5
+
+
 def test_what_a_mask_leaves_out_is_unknown(written, described):
     """The left half of the pictures is white in the mask."""
     mask = np.zeros((*flat_files.SIZE, 1))
@@ -215,6 +263,76 @@ def test_what_a_mask_leaves_out_is_unknown(written, described):
         flat(written.with_name("other.toml"))
 
 
+def grainy(folder, size, sample, random, grain=0.3, texels=64):
+    """The description of photographs of an even surface, of which a sample as wide and high as this fills all."""
+    height, width = size
+    for name in NAMES:
+        ball_files.write_picture(folder / name, 0.2 * (1 + grain * random.standard_normal((height, width, 1))))
+    path = folder / "setup.toml"
+    path.write_text(flat_files.description(
+        NAMES, LAMPS, top=f"texels = {texels}", camera="position = 'far'", sample="width = {}\nheight = {}\n"
+        "corners = {}".format(*sample, [[0, height], [width, height], [width, 0], [0, 0]]), scale="intensity = 1"))
+    return path
+
+
+@pytest.mark.parametrize("is_read", [True, False])
+def test_a_texel_is_the_mean_of_its_pixels(openimageio, random, tmp_path, is_read):
+    """30 % of grain in 100 pixels leaves 3 %. Dust, which is saturated, is not in the mean."""
+    found = flat(grainy(tmp_path, (430, 640), (0.064, 0.043), random))
+    shots = found.photographs
+    if not is_read:
+        rays = camera.rays(430, 640, np.radians(1))
+        shots = coarse([fitter.FlatPhotograph(0.2 + 0.06 * random.standard_normal((430, 640, 1)), rays, shots[0].camera,
+                                              lamp, np.ones(1)) for lamp in LAMPS], found.corners, found.shape)
+    seen = observed(shots, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    assert seen.good.all()
+    print(seen.radiance.std() / 0.2)
+    assert 0.02 < seen.radiance.std() / 0.2 < 0.033
+    assert abs(seen.radiance.mean() / 0.2 - 1) < 0.002
+    assert max(each.radiance.size for each in shots) <= 64 * 43
+
+
+def test_no_pixels_of_what_was_read_are_kept(written):
+    """Nor by a view of none of them, which kept all in memory."""
+    pictures = Pictures.of(Table({}, "camera", written), Table({}, "lamp", written))
+    pictures.light(Table({"files": ["lamp1.exr"]}, "photograph", written), "files")
+    said, = pictures.said.values()
+    assert said.stored.size == 0
+    assert said.stored.base is None
+
+
+def test_the_means_of_texels_are_in_their_places(openimageio, random, tmp_path):
+    """A picture that grows to the right and downward: its texels grow along rows, and fall from row to row."""
+    path = grainy(tmp_path, (430, 640), (0.064, 0.043), random, grain=0.0)
+    y, x = np.mgrid[:430, :640] + 0.5
+    for name in NAMES:
+        ball_files.write_picture(tmp_path / name, 0.1 + 2e-4 * x[..., None] + 1e-3 * y[..., None])
+    found = flat(path)
+    seen = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    v, u = np.mgrid[:43, :64] + 0.5
+    expected = 0.1 + 2e-4 * 10 * u + 1e-3 * (430 - 10 * v)
+    inner = np.s_[1:-1, 1:-1]       # at the edge what is within 1.5 pixels of it does not count
+    np.testing.assert_allclose(seen.radiance[:, 0, 0].reshape(43, 64)[inner], expected[inner], rtol=1e-3)
+
+
+def test_saturated_pixels_are_not_in_the_mean(openimageio, random, tmp_path):
+    path = grainy(tmp_path, (430, 640), (0.064, 0.043), random, grain=0.0)
+    picture = np.full((430, 640, 1), 0.5)
+    picture[105, 105] = picture[206, 207] = picture[208, 301] = picture[302, 403] = 30.0      # in a texel each
+    picture[52:56, 52:56] = 30.0
+    ball_files.write_picture(tmp_path / NAMES[0], picture)
+    shot = flat(path).photographs[0]
+    assert (~shot.mask).sum() == 1
+    np.testing.assert_allclose(shot.radiance[shot.mask], 0.5, rtol=1e-3)
+
+
+def test_a_height_that_is_a_little_off_loses_no_texel_of_a_sample_that_fills_its_pictures(openimageio, random,
+                                                                                          tmp_path):
+    found = flat(grainy(tmp_path, (43, 64), (0.064, 0.043 * 1.001), random))
+    assert found.shape == (43, 64)
+    assert observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1])).good.all()
+
+
 def test_a_photograph_without_a_light_is_left_out_and_told(written, described):
     """A project of relight within the folder of the photographs, one of whose lights was not found."""
     folder = written.parent / "output"
@@ -227,6 +345,7 @@ def test_a_photograph_without_a_light_is_left_out_and_told(written, described):
     path.write_text(text[:text.index("[[photograph]]")] + "[lamp]\npositions = 'output/info.json'\n", "utf-8")
     for each in written.parent.glob("mask*"):
         each.unlink()
+    ball_files.write_picture(written.with_name("sphere_0.png"), np.ones((9, 9, 3)))     # relight leaves it there
     found = flat(path)
     assert [each.name for each in found.photographs] == ["lamp1.exr", "lamp2.exr", "lamp4.exr", "lamp5.exr"]
     assert any("no light of them: lamp3.exr" in note for note in found.notes)

@@ -45,9 +45,10 @@ def run(capsys, tmp_path):
     return run
 
 
-def described(folder, names=NAMES, lamps=LAMPS, **how):
+def described(folder, names=NAMES, lamps=LAMPS, texels=20, **how):
     path = folder / "setup.toml"
-    path.write_text(flat_files.description(names, lamps, top="texels = 20\nmaterials = ['a.npz', 'b.npz']", **how))
+    top = f"texels = {texels}\nmaterials = ['a.npz', 'b.npz']"
+    path.write_text(flat_files.description(names, lamps, top=top, **how))
     return path
 
 
@@ -68,7 +69,7 @@ def test_flat_photographs_that_are_described_rightly_are_good_and_exit_0(flat, r
 @pytest.mark.parametrize("lamps", [np.roll(LAMPS, 3, axis=0), LAMPS + 0.06 * np.random.default_rng(1).normal(
     size=LAMPS.shape)], ids=["shuffled", "5 degrees"])
 def test_flat_photographs_with_lamps_elsewhere_are_not_predicted_and_exit_3(flat, run, lamps, tmp_path):
-    code, lines, doubts = run("flat", described(flat, lamps=lamps))
+    code, lines, doubts = run("flat", described(flat, lamps=lamps, texels=14))
     missed, grade = predicted(lines)
     assert (code, grade) == (cli.BAD, "poor") == (3, "poor")
     assert missed > 0.2
@@ -77,7 +78,7 @@ def test_flat_photographs_with_lamps_elsewhere_are_not_predicted_and_exit_3(flat
 
 
 def test_one_photograph_many_times_is_told(flat, run):
-    code, _, doubts = run("flat", described(flat, names=NAMES[:1] * len(NAMES)))
+    code, _, doubts = run("flat", described(flat, names=NAMES[:1] * len(NAMES), texels=6))
     assert code == 3
     assert "7 of 8 photographs repeat the picture of another one, lamp1.exr for one" in doubts[0]
 
@@ -95,12 +96,12 @@ def test_a_flat_sample_that_reflects_more_than_it_gets_is_told(flat, run):
 
 
 def test_a_guess_says_the_largest_albedo_that_there_can_be(flat, run):
-    code, _, doubts = run("flat", described(flat, scale="albedo = 0.9"))
+    code, _, doubts = run("flat", described(flat, scale="albedo = 0.9", texels=10))
     doubt, = [each for each in doubts if each.startswith("More light leaves than arrives")]
     largest = float(doubt.partition("an albedo of ")[2].split()[0])
     assert code == 3
     assert 0.2 < largest < 0.9
-    _, _, doubts = run("flat", described(flat, scale=f"albedo = {0.98 * largest:.2g}"))
+    _, _, doubts = run("flat", described(flat, scale=f"albedo = {0.98 * largest:.2g}", texels=10))
     assert not [each for each in doubts if each.startswith("More light leaves than arrives")]
 
 

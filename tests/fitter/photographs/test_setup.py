@@ -42,7 +42,9 @@ def test_photographs_of_files_measure_the_material(written):
     assert "Scale and colour by a card of known albedo" in samples.notes
 
 
-def test_a_line_break_in_a_description_begins_no_line(written, tmp_path, capsys):
+def test_a_line_break_in_a_description_begins_no_line(written, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(cli, "left_out", lambda _: None)
+    monkeypatch.setattr(cli, "advice", lambda _: [])
     broken = written.with_name("broken.toml")
     broken.write_text(written.read_text().replace("painted ball", "painted\\nerror: none"))
     assert cli.main(["photographs", str(broken), "-o", str(tmp_path / "ball.npz")]) == 0

@@ -1,41 +1,12 @@
-"""Least squares and shares without negative numbers, against SciPy."""
+"""Shares with which densities are sampled, against SciPy."""
 
 import numpy as np
 import pytest
 import scipy.optimize
 
-from fitter.cycles.nonnegative import nonnegative, shares
+from fitter.cycles.selection import shares
 
 LEAST = 0.01                    # share of any density
-
-
-@pytest.mark.parametrize("unlike", [1.0, 1e-2, 1e-4], ids="columns that differ by {}".format)
-@pytest.mark.parametrize("unknowns", [1, 4, 10])
-def test_the_least_squares_without_negatives(random, unknowns, unlike):
-    matrix = random.standard_normal((300, 30, 1)) + unlike * random.standard_normal((300, 30, unknowns))
-    target = random.standard_normal((300, 30))
-    transposed = np.swapaxes(matrix, 1, 2)
-    found = nonnegative(transposed @ matrix, (transposed @ target[..., None])[..., 0])
-    for each, columns, wanted in zip(found, matrix, target, strict=True):
-        best, residual = scipy.optimize.nnls(columns, wanted)
-        assert each.min() >= 0
-        assert np.linalg.norm(columns @ each - wanted) == pytest.approx(residual, rel=1e-9)
-        np.testing.assert_allclose(each, best, atol=1e-7 / unlike)
-
-
-def test_of_equal_columns_any_share_will_do():
-    found = nonnegative(np.ones((3, 3)), np.array([2.0, 2.0, 2.0]))
-    assert found.min() >= 0
-    assert found.sum() == pytest.approx(2)
-
-
-def test_no_problem_goes_round_in_circles(random):
-    """Changing all wrong unknowns at once does, of about one in two hundred of these."""
-    matrix, target = random.standard_normal((2000, 6, 6)), random.standard_normal((2000, 6))
-    transposed = np.swapaxes(matrix, 1, 2)
-    found = nonnegative(transposed @ matrix, (transposed @ target[..., None])[..., 0])
-    for each, columns, wanted in zip(found, matrix, target, strict=True):
-        assert np.linalg.norm(columns @ each - wanted) < scipy.optimize.nnls(columns, wanted)[1] + 1e-6
 
 
 def second_moment(share, magnitude, density, solid_angle):

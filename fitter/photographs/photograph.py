@@ -1,0 +1,78 @@
+"""What photographs of balls and of flat samples share: a picture, and where camera and lamp were."""
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray, RealArray
+from ..errors import DatasetError
+
+
+class Photograph:
+    """A photograph of a scene with one lamp, to which a ball or a plane is added.
+
+    Attributes
+    ----------
+    radiance : (height, width, channels) float64 or float32
+        Linear, the top row first, with whatever was there without the lamp subtracted.
+    rays : (height, width, 3) float64
+        Directions from the camera through the pixels' centres, unit vectors.
+    camera, lamp : (3,) float64
+        Positions, metres.
+    intensity : (channels,) float64
+        The lamp's radiant intensity, W/sr in the units of `radiance`: a Lambertian of albedo 1 that faces it at 1 m
+        has the radiance intensity / pi.
+    noise : (height, width, channels) float64 or float32, or None
+        The standard deviation of each value, in the units of `radiance`.
+    mask : (height, width) bool, or None
+        The pixels that count, where not all do.
+    name : str
+        For messages: the file.
+
+    Raises
+    ------
+    DatasetError
+        If the arrays do not have these shapes or hold numbers that are not finite.
+    """
+
+    radiance: RealArray
+    rays: FloatArray
+    camera: FloatArray
+    lamp: FloatArray
+    intensity: FloatArray
+    noise: RealArray | None
+    mask: BoolArray | None
+    name: str
+
+    def _check(self, *places: str, least: int = 1) -> None:
+        """Check and store the arrays, these places too, of a picture of so many pixels along both axes at least."""
+        radiance = self._set("radiance")
+        if radiance.ndim != 3 or min(radiance.shape[:2]) < least or radiance.shape[2] not in (1, 3):
+            raise DatasetError(f"radiance has the shape {radiance.shape}, expected (height, width, 1 or 3)"
+                               f"{f' of {least} x {least} pixels or more' * (least > 1)}", self.name)
+        lengths = np.linalg.norm(self._set("rays", (*radiance.shape[:2], 3)), axis=-1)
+        if np.abs(lengths - 1).max() > 1e-3:
+            raise DatasetError(f"rays have lengths from {lengths.min():g} to {lengths.max():g}, expected unit vectors",
+                               self.name)
+        for field in ("camera", "lamp", *places):
+            self._set(field, (3,))
+        intensity = self._set("intensity")
+        if intensity.shape != radiance.shape[2:] or not (intensity > 0).all():
+            raise DatasetError(f"an intensity of {intensity.tolist()} found, expected {radiance.shape[2]} numbers "
+                               f"above 0", self.name)
+        if self.noise is not None and not (self._set("noise", radiance.shape) >= 0).all():
+            raise DatasetError("noise below 0 found", self.name)
+        if self.mask is not None:
+            mask = np.asarray(self.mask, dtype=bool)
+            if mask.shape != radiance.shape[:2]:
+                raise DatasetError(f"the mask has the shape {mask.shape}, expected {radiance.shape[:2]}", self.name)
+            object.__setattr__(self, "mask", mask)
+
+    def _set(self, field: str, shape: tuple[int, ...] | None = None) -> RealArray:
+        array = np.asarray(getattr(self, field))
+        array = array if array.dtype == np.float32 else array.astype(float)
+        if shape is not None and array.shape != shape:
+            raise DatasetError(f"{field} has the shape {array.shape}, expected {shape}", self.name)
+        if not np.isfinite(array).all():
+            raise DatasetError(f"{field} holds numbers that are not finite; leave out saturated pixels by a mask",
+                               self.name)
+        object.__setattr__(self, field, array)
+        return array
