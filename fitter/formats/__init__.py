@@ -4,7 +4,7 @@ To add a format, write a module that ends with its `Format`, and enter it in `FO
 """
 
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -140,7 +140,11 @@ def _no_sample(path: str | Path, sample: str | int | None) -> None:
 def is_there(path: str | Path) -> bool:
     """Whether there is a file at a path, or it names a published material."""
     name = published.name_in(path)
-    return Path(path).is_file() if name is None else name in published.materials()
+    if name is None:
+        return Path(path).is_file()
+    with suppress(DatasetError):
+        return bool(published.find(name))
+    return False
 
 
 def choices_of(path: str | Path) -> frozenset[str]:
