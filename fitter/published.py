@@ -5,8 +5,8 @@ Metals are computed: microfacets (`model.conductor`) with the refractive indices
 are in `data/metals.csv`, in some finishes. Translucent ones (`model.translucent`) are the rows of
 `data/translucent.csv`, or are described by their name. The other parameters are those of J. Low, J. Kronander,
 A. Ynnerman, J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM TOG 31(1), 2012
-(`model.low2012`). They were fitted to measurements of W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance Model, ACM
-TOG 22(3), 2003, and are no measurements.
+(`model.low2012`). They were fitted to measurements of W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven
+Reflectance Model, ACM TOG 22(3), 2003, and are no measurements.
 
 `formats.load` takes a virtual path, ``published:NAME``, where it takes files. Samples of the model are then made, where
 fits need them: in half and difference angles, and close together where the lobe falls. Near the horizon the model of
@@ -29,14 +29,14 @@ from .errors import DatasetError
 from .model import is_isotropic
 from .model.conductor import Conductor
 from .model.low2012 import Low2012
-from .model.translucent import WORDS, Translucent, from_words
+from .model.translucent import TRANSLUCENT, WORDS, Translucent, from_words
 from .samples import HORIZON, RGB, Samples
 
 PREFIX = "published:"
 COMPUTED = "Computed from measured optical constants"
 SCATTERED = "Computed from measured scattering and absorption"
 CITATION = "Low, Kronander, Ynnerman, Unger 2012, ACM TOG 31(1)"
-METAL, TRANSLUCENT = "metal", "translucent"
+METAL = "metal"
 TYPED = f"{TRANSLUCENT};"       # how names begin that describe a material
 TAGS = (METAL, TRANSLUCENT, "paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam")
 FINISHES = {"polished": (0.04, 0.04), "satin": (0.15, 0.15), "rough": (0.35, 0.35), "brushed": (0.08, 0.3)}
@@ -165,9 +165,14 @@ def load_published(name: str) -> Samples:
     ('Chrome', 'published:chrome')
     """
     material = find(name)
-    at = directions(material.model)
-    return Samples(*at, material.model.evaluate(*at), RGB, material.label, material.path, (material.description,),
-                   isotropic=is_isotropic(material.model), subsurface=getattr(material.model, "below", None))
+    return sampled(material.model, material.label, material.path, material.description)
+
+
+def sampled(model: Low2012 | Conductor | Translucent, name: str, source: str, note: str) -> Samples:
+    """Samples of a model: red, green and blue, linear Rec.709."""
+    at = directions(model)
+    return Samples(*at, model.evaluate(*at), RGB, name, source, (note,), isotropic=is_isotropic(model),
+                   subsurface=getattr(model, "below", None))
 
 
 def find(name: str) -> Published:

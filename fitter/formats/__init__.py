@@ -17,6 +17,7 @@ from ..errors import DatasetError, printable
 from ..samples import Samples
 from . import (
     astm,
+    coefficients,
     cornell_mat,
     curet,
     foreign,
@@ -40,8 +41,8 @@ from .text import is_plain, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
-                               utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT,
-                               table.FORMAT, curet.FORMAT)
+                               utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, coefficients.FORMAT,
+                               pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 _WITHOUT_MARK = (pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no measurements

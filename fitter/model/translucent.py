@@ -10,6 +10,7 @@ from ..arrays import ArrayLike, FloatArray
 from ..subsurface import Subsurface, check, from_coefficients
 from .conductor import Conductor
 
+TRANSLUCENT = "translucent"
 WORDS = {"scattering": "", "absorption": "", "albedo": "", "path": "", "index": "1.3", "width": "0.1"}
 """What a material is described by: reduced scattering and absorption, 1/mm, or albedo and mean free path, mm, three
 numbers each; the index of refraction; and the width of the surface's slopes. With what is meant where none is given.
