@@ -16,7 +16,7 @@ is left out.
 
 import csv
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -166,6 +166,12 @@ def load_published(name: str) -> Samples:
     """
     material = find(name)
     return sampled(material.model, material.label, material.path, material.description)
+
+
+def sample_words(words: Mapping[str, str], name: str, source: str) -> Samples:
+    """Samples of a translucent material that is described by `model.translucent.WORDS`. Raises ValueError as that does.
+    """
+    return sampled(from_words(words), name, source, "Computed from scattering and absorption, not a measured BRDF")
 
 
 def sampled(model: Low2012 | Conductor | Translucent, name: str, source: str, note: str) -> Samples:

@@ -13,8 +13,7 @@ import csv
 from pathlib import Path
 
 from ..errors import DatasetError, SampleUnknownError
-from ..model.translucent import TRANSLUCENT, from_words
-from ..published import sampled
+from ..published import sample_words
 from ..samples import Samples
 from .format import Format
 
@@ -43,10 +42,9 @@ def read(path: str | Path, content: bytes, sample: str | int | None = None) -> S
         raise SampleUnknownError(f"no sample {wanted!r}, expected a number from 1 to {len(rows)} or a name", path)
     line, cells = row
     try:
-        model = from_words(cells)
+        return sample_words(cells, _name(row), str(path))
     except ValueError as error:
         raise DatasetError(str(error), path, line) from error
-    return sampled(model, _name(row), str(path), "Computed from scattering and absorption, not a measured BRDF")
 
 
 def _rows(path: str | Path, content: bytes) -> list[_Row]:
@@ -61,7 +59,7 @@ def _rows(path: str | Path, content: bytes) -> list[_Row]:
 
 
 def _name(row: _Row) -> str:
-    return row[1].get("name", "").strip() or f"{TRANSLUCENT.capitalize()}, line {row[0]}"
+    return row[1].get("name", "").strip() or f"Line {row[0]}"
 
 
 FORMAT = Format("Translucent", "translucent materials .csv", (".csv",), recognises, read, list_samples=list_samples)

@@ -22,7 +22,7 @@ def path(tmp_path):
 
 
 def test_a_row_is_a_material(path):
-    assert list_samples(path) == [(1, "My marble"), (2, "Translucent, line 5")]
+    assert list_samples(path) == [(1, "My marble"), (2, "Line 5")]
     first, second = fitter.load(path), fitter.load(path, 2)
     np.testing.assert_allclose(first.subsurface.albedo, published.find("marble").model.below.albedo)
     assert (first.name, first.subsurface.index) == ("My marble", 1.5)
