@@ -17,7 +17,7 @@ is left out.
 import csv
 import difflib
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,6 +41,7 @@ TYPED = f"{TRANSLUCENT};"       # how names begin that describe a material
 TAGS = (METAL, TRANSLUCENT, "paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam")
 FINISHES = {"polished": (0.04, 0.04), "satin": (0.15, 0.15), "rough": (0.35, 0.35), "brushed": (0.08, 0.3)}
 """Widths of the lobe of metals, as slopes, along the tangent (of a brushed metal, along its grooves) and across it."""
+_TYPED_KEPT = 64            # materials that names describe
 _DATA = Path(__file__).parent / "data"
 _HALF, _DIFFERENCE, _AROUND = 20, 14, 8         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
 _CROWDED = 1.4              # exponent by which these angles theta_d lie closer together toward grazing
@@ -244,6 +245,7 @@ def translucent() -> Iterator[Published]:
                         row["words"])
 
 
+@lru_cache(_TYPED_KEPT)
 def _typed(name: str) -> Published:
     """The translucent material that a name describes."""
     parts = [part.split(maxsplit=1) for part in name[len(TYPED):].split(";") if part.strip()]

@@ -14,7 +14,7 @@ LARGEST_ERRORS = {"red-plastic": 0.01, "white-marble": 0.01, "gold-paint": 0.01,
                   "polyurethane-foam": 0.03, "two-layer-gold": 0.04}
 # fits of which were off their models by most, and one of each other tag
 OF_ALL_KINDS = ("specular-white-phenolic", "black-fabric", "light-brown-fabric", "green-plastic", "two-layer-gold",
-                "black-soft-plastic", "fruitwood-241", "gold-polished")
+                "black-soft-plastic", "fruitwood-241", "gold-polished", "espresso")
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import pytest
 import fitter
 from benchmarks.translucent import compared
 from fitter import published, subsurface
+from fitter.formats import is_there
 from support import photons
 from support.cases import quick
 
@@ -82,6 +83,8 @@ def test_a_material_is_described_by_a_name():
     name = "translucent; scattering 2.19 2.62 3; absorption .0021, .0041, .0071; index 1.5; name My marble"
     samples = fitter.load(f"published:{name}")
     assert samples.name == "My marble"
+    assert is_there(f"published:{name}")
+    assert not is_there("published:translucent; albedo .8")
     np.testing.assert_allclose(samples.subsurface.albedo, marble.albedo)
     samples = fitter.load("published:translucent; albedo .8 .5 .2; path 2; width .3")
     assert samples.subsurface.mean_free_path.tolist() == [2, 2, 2]
