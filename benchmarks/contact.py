@@ -30,8 +30,9 @@ import fitter
 from fitter import ready
 from fitter.cycles.node_mixture import node_mixtures
 from fitter.formats import list_samples
+from fitter.pictures import srgb
 from fitter.published import offered
-from support import ball_files, checkout, kept, sheet, stage
+from support import ball_files, checkout, kept, stage
 
 from .black_pixels import three_lamps
 from .harness.running import each_of
@@ -208,7 +209,7 @@ def _draw(rows, path):
     for line, (name, found) in zip(axes, rows, strict=True):
         shown = [each for way in WAYS for each in found[way]]
         for place, each in zip(line, shown, strict=True):
-            place.imshow(sheet.encode(_EXPOSURE * each.picture), interpolation="nearest")
+            place.imshow(srgb(_EXPOSURE * each.picture), interpolation="nearest")
             place.axis("off")
         line[0].text(-6, SIZE / 2, name.replace("/", "/\n").replace(", ", ",\n"), ha="right", va="center", fontsize=8)
     for place, title in zip(axes[0], TITLES, strict=True):

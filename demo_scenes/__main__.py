@@ -23,6 +23,7 @@ from pathlib import Path
 import bpy
 
 from fitter.model.fit import notation
+from fitter.pictures import srgb
 from support import sheet, synthetic
 from support.checkout import ROOT, extension
 from support.stage import lit_sphere, render, suzanne
@@ -134,7 +135,7 @@ def anisotropic_half(demo, name):
     demo.say(f"fitting {name.replace('_', ' ')}")
     scene = demo.quality.of(getattr(anisotropic, name)())
     demo.say(f"rendering {name.replace('_', ' ')}")
-    return sheet.encode(render(scene)[..., :3])
+    return srgb(render(scene)[..., :3])
 
 
 def photographed_ball(demo):

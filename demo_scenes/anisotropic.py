@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from fitter.pictures import srgb
 from support import anisotropic_tables, sheet
 from support.checkout import ROOT, extension
 from support.stage import add_lamp, background, black_scene, blank_material, look, render, rotation_toward
@@ -184,7 +185,7 @@ def main():
 def draw(path, samples=SAMPLES, choices=STANDARD):
     """Render both, side by side."""
     pictures = [render(scene(samples, choices)) for scene in (brushed_pan, satin_cloth)]
-    sheet.write(path, [[sheet.encode(picture[..., :3]) for picture in pictures]])
+    sheet.write(path, [[srgb(picture[..., :3]) for picture in pictures]])
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ _CROWDED = 1.4              # exponent by which these angles theta_d lie closer 
 _OF_METALS = 22, 24, 6                          # the same: their Fresnel term turns at grazing angles
 _OF_BRUSHED, _TURNS = (20, 14, 6), 16           # and of brushed metals, with azimuths of the half vector
 _GRAZING, _GRAZING_OF_METALS = np.radians(85), np.radians(88)
-_FALL, _TURN = 2.0, np.radians(6)       # changes of the lobe's logarithm, and of theta_h, that count the same
+_FALL, _TURN = 1.0, np.radians(8)       # changes of the lobe's logarithm, and of theta_h, that count the same
 
 
 class Published(NamedTuple):
@@ -279,6 +279,7 @@ def directions(model: Low2012 | Conductor | Translucent) -> Directions:
         indexing="ij"))
     at_normal = theta_h == 0                # there, phi_d turns both directions alike
     distinct = ~at_normal | (phi_d == HORIZON) if is_isotropic(model) else ~at_normal | (phi_h == 0)
+    distinct &= (theta_d > 0) | (phi_d == 0)        # and there both directions are one
     theta_h, theta_d, phi_d, phi_h = (each[distinct] for each in (theta_h, theta_d, phi_d, phi_h))
     theta_i, phi_i, theta_o, phi_o = of_half_and_difference(
         theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d))

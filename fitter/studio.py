@@ -98,7 +98,7 @@ def under_skies(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) ->
     isotropic = is_isotropic(fit)
     angles, sectors = (_ANGLES, _SECTORS) if isotropic else (_FEW_ANGLES, _FEW_SECTORS)
     theta_o = np.linspace(0, _LAST, angles)
-    seen_at = _around if isotropic else _at
+    seen_at = _radiance_over_azimuth if isotropic else _radiance_at_normals
     shown = np.stack([seen_at(fit, theta, skies) for theta in theta_o], axis=1)     # skies, angles, sectors, channels
     row = np.arccos(np.clip(normal[:, 2], 0, 1)) / theta_o[1]
     column = np.arctan2(normal[:, 1], normal[:, 0]) / (2 * np.pi) * sectors
@@ -109,21 +109,22 @@ def under_skies(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) ->
                       + down * ((1 - right) * shown[:, above + 1, first] + right * shown[:, above + 1, second]))
 
 
-def _around(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
-    """What a normal at an angle to the view shows, for its azimuths about the view: (skies, sectors, channels)."""
-    theta_i, phi_i, cell, weight = _light_around(theta_o)
+def _radiance_over_azimuth(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
+    """The radiance of a sphere's normals at one angle to the view: skies correlated with the BRDF over the azimuth, by
+    FFT. (skies, sectors, channels)."""
+    theta_i, phi_i, cell, weight = _light_directions(theta_o)
     value = np.maximum(fit.evaluate(theta_i, phi_i, theta_o, 0), 0)
     weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _RINGS * _SECTORS)
                         for channel in value.T], axis=-1)
     spectrum = np.conj(np.fft.rfft(weights.reshape(_RINGS, _SECTORS, -1), axis=1))
-    correlated = np.stack([np.einsum("rsc,rs->sc", spectrum, _transformed(sky)) for sky in skies])
+    correlated = np.stack([np.einsum("rsc,rs->sc", spectrum, _sky_spectrum(sky)) for sky in skies])
     return np.asarray(np.fft.irfft(correlated, _SECTORS, axis=1))
 
 
 @cache
-def _light_around(theta_o: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
-    """Light that a normal at an angle to the view sends there: theta_i and phi_i of cells of half vectors, (n,); and of
-    their parts the cell of the sky about the view, (n * parts,), and the solid angle times its cosine, (n, parts)."""
+def _light_directions(theta_o: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
+    """Incident directions of cells of half vectors, for a normal at an angle to the view: theta_i and phi_i, (n,); and
+    of the cells' parts the cell of the sky about the view, (n * parts,), and the projected solid angle, (n, parts)."""
     h, size = _half_vectors(_HALF, _TURNS)
     view = np.array([np.sin(theta_o), 0, np.cos(theta_o)])
     light, weight = _incident(h, size, view)
@@ -136,7 +137,7 @@ def _light_around(theta_o: float) -> tuple[FloatArray, FloatArray, IntArray, Flo
             (ring * _SECTORS + sector).ravel(), weight)
 
 
-def _at(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
+def _radiance_at_normals(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
     """The same of an anisotropic material, (skies, few sectors, channels)."""
     h, size = _half_vectors(_FEW_HALF, _FEW_TURNS)
     view, found = np.array([0.0, 0.0, 1.0]), []
@@ -164,7 +165,7 @@ def _incident(h: FloatArray, size: FloatArray, view: FloatArray) -> tuple[FloatA
 
 
 @cache
-def _transformed(sky: Sky) -> FloatArray:
+def _sky_spectrum(sky: Sky) -> FloatArray:
     """A sky's radiance in cells about the view, transformed over the azimuth."""
     return np.asarray(np.fft.rfft(sky(_cells(_RINGS, _SECTORS)), axis=1))
 

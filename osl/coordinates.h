@@ -82,7 +82,12 @@ vector coordinates(vector wi, vector wo)
   float t = STRETCH * r;
   r = STRETCH_SCALE * log(t + sqrt(1.0 + t * t));
 #endif
-  return vector(r, kept * x, y);
+  float room = 1.0;
+#if BACK_STRETCHED
+  float v = BACK_STRETCH * d;
+  room = BACK_STRETCH_SCALE * log(v + sqrt(1.0 + v * v)) / d;     /* by 0, where x and y are 0 too, it is 0 */
+#endif
+  return vector(r, room * kept * x, room * y);
 }
 #elif ANISOTROPIC_RUSINKIEWICZ
 /* Half and difference vectors; see fitter/coordinates/anisotropic_rusinkiewicz.py. */

@@ -84,6 +84,8 @@ MADE_FITS = {
     "half angle": made_fit(HalfAngle()),
     "half angle, stretched by 300, all lobes, damped": made_fit(
         HalfAngle(300.0), ("mirror", "retro", "sheen"), damped=True),
+    "half angle, stretched by 12 and about retro-reflection by 33, retro": made_fit(
+        HalfAngle(12.0, 33.0), ("mirror", "retro")),
     "anisotropic Rusinkiewicz": made_fit(AnisotropicRusinkiewicz(12.0, 3.0, 0.4)),
     "anisotropic Rusinkiewicz, all lobes, two columns, damped": made_fit(
         AnisotropicRusinkiewicz(1.0, 1.0), ("mirror", "retro", "sheen"), (0, 1, 0), damped=True),

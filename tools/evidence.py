@@ -79,8 +79,9 @@ ENTRIES = {
                      (*SHADER, "benchmarks/engines.py"), ("engines.png",), "build/engines"),
     "rims": Entry("python -m benchmarks.rims", ("rims-rgl", "rims-others"), (
         *FITS, "benchmarks/rims.py", "support/rims.py")),
-    "library": Entry("python -m benchmarks.library", ("library",), (
-        *FITS, "fitter/published.py", "fitter/ready.py", "benchmarks/library.py", "support/library.py")),
+    "library": Entry("python -m benchmarks.library --picture docs/library_balls.png", ("library",), (
+        *FITS, "fitter/published.py", "fitter/ready.py", "benchmarks/library.py", "support/library.py"),
+        ("library_balls.png",)),
     "rings": Entry("python -m benchmarks.rings", ("rings",), (
         *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/rings.py")),
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),

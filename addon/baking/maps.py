@@ -17,10 +17,10 @@ from ...fitter.colours import DEFAULT, conversion
 from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.metallic_roughness import closest, difference
 from ...fitter.model import is_isotropic
+from ...fitter.model.mix import Mix
 from ..core import export_inputs, export_surface, mixing
 from ..core import material as materials
 from ..core.annotations import not_none
-from ..core.outcomes import Kept, KeptMix
 from ..core.reading import scene_colours
 from ..work import queries, tasks
 
@@ -73,36 +73,33 @@ def bake(material: bpy.types.Material, size: int) -> Maps:
 
 def _fitted(material: bpy.types.Material) -> dict[str, Any]:
     """The values of a material's fit that images have."""
-    kept = _fit_kept(material)
-    close = closest(tasks.fit_of(kept))
-    matrix = conversion(kept.colours, scene_colours() or DEFAULT)
-    return {COLOUR: np.clip(matrix @ close.base_color, 0, 1), ROUGHNESS: close.roughness, METALLIC: close.metallic}
-
-
-def _fit_kept(material: bpy.types.Material | None) -> Kept:
-    kept = None if material is None else queries.kept(material)
-    if kept is None:
-        raise ValueError("A material has no fit: Refit it")
-    return kept
+    close = closest(_reflectance(material))
+    return {COLOUR: np.clip(close.base_color, 0, 1), ROUGHNESS: close.roughness, METALLIC: close.metallic}
 
 
 def _error(material: bpy.types.Material, node: bpy.types.Node, found: export_surface.Evaluated,
            pictures: dict[str, FloatArray], place: tuple[int, int]) -> float:
-    kept = _kept(material, node, found, place)
     inputs = Principled(pictures[COLOUR][place], float(pictures[ROUGHNESS][place][0]),
                         float(pictures[METALLIC][place][0]), _LEVEL)
-    return difference(_Converted(tasks.fit_of(kept), kept.colours), inputs, _there(found.tint, place))
+    return difference(_shown(material, node, found, place), inputs, _there(found.tint, place))
 
 
-def _kept(material: bpy.types.Material | None, node: bpy.types.Node, found: export_surface.Evaluated,
-          place: tuple[int, int]) -> Kept | KeptMix:
-    """The fits that are shown at a texel."""
+def _shown(material: bpy.types.Material | None, node: bpy.types.Node, found: export_surface.Evaluated,
+           place: tuple[int, int]) -> Reflectance:
+    """The fit or the mix of fits at a texel."""
     if mixing.mixes.is_mix(node.node_tree):
-        below, above = (_kept(part, inner, found, place) for part, inner in zip(
+        below, above = (_shown(part, inner, found, place) for part, inner in zip(
             mixing.mixes.parts(node)[:2], mixing.mixes.nodes(node), strict=True))
-        share = _there(found.read(mixing.mixes.factor(node)), place)[0]
-        return KeptMix(below, above, float(np.clip(share, 0, 1)))
-    return _fit_kept(material)
+        return Mix(below, above, float(np.clip(_there(found.read(mixing.mixes.factor(node)), place)[0], 0, 1)))
+    return _reflectance(not_none(material))
+
+
+def _reflectance(material: bpy.types.Material) -> Reflectance:
+    """The fit that a material keeps. ValueError if it has none."""
+    kept = queries.kept(material)
+    if kept is None:
+        raise ValueError(f"{material.name} has no fit: Refit it")
+    return _Converted(tasks.kept_fit(kept), kept.colours)
 
 
 def _there(value: FloatArray, place: tuple[int, int]) -> FloatArray:

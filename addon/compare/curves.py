@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...fitter.drawing import Color
+from ...fitter.pictures import split
 from ...fitter.plane_plot import PAIR
 from ...fitter.quality import verdict
 from ..core import material as materials
@@ -97,8 +98,7 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
 
     if second is not None:
         at = round(chosen.divide, 2)
-        column, _ = draw("Lit sphere", *icons.icon(("split", (shown.digest, second.digest), at),
-                                                   partial(comparisons.split_sphere, shown, second, at)))
+        column, _ = draw("Lit sphere", *_split_sphere(shown, second, at))
         draw_line(column, chosen)
     elif isinstance(shown, Wanted):
         draw("Lit sphere", *queries.lit_sphere(about, shown))
@@ -117,6 +117,19 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
         column, _ = draw("Plane, turned", *queries.turned_plane(about, shown, theta))
         column.label(text="Turned: 0\u00b0\u2013360\u00b0")
         column.label(text="Strokes: tangent")
+
+
+def _split_sphere(first: Shown, second: Shown, at: float) -> tuple[int, Job[Any]]:
+    """The icon of a sphere of two materials with a line between them, and the job that is waited for. A mix by a mask
+    has half of each: the picture is split already."""
+    evenly = [each._replace(share=0.5) if isinstance(each, KeptMix) and each.share is None else each
+              for each in (first, second)]
+    jobs: list[Job[Any]] = [queries.lit_sphere(each.digest, each)[1] for each in evenly]
+    waited = next((job for job in jobs if job.result is None), jobs[0])
+    if waited.result is None:
+        return 0, waited
+    left, right = (not_none(job.result) for job in jobs)
+    return icons.at_once(("split", *(each.digest for each in evenly), at), lambda: split(left, right, at)), waited
 
 
 def draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other: bpy.types.Material) -> None:

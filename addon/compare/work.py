@@ -4,14 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...fitter import pictures, progress
-from ...fitter.arrays import FloatArray, SingleArray
+from ...fitter import progress
+from ...fitter.arrays import FloatArray
 from ...fitter.quality import physics
-from ..core.outcomes import Kept, KeptMix, Shown
-from ..work.recent import Recent
-from ..work.tasks import fit_of, kept_fit, lit_sphere
-
-_spheres: Recent[str, SingleArray] = Recent(8)       # by digest
+from ..core.outcomes import Kept, KeptMix
+from ..work.tasks import fit_of, kept_fit
 
 
 class Figures(NamedTuple):
@@ -32,17 +29,3 @@ def figures(shown: Kept | KeptMix) -> Figures:
 
 def _parts(shown: Kept | KeptMix) -> list[Kept]:
     return [*_parts(shown.first), *_parts(shown.second)] if isinstance(shown, KeptMix) else [shown]
-
-
-def _sphere(shown: Shown) -> SingleArray:
-    """The lit sphere of a material: (size, size, 4). A mix by a mask has half of each: the picture is split already."""
-    if shown.digest not in _spheres:
-        evenly = shown._replace(share=0.5) if isinstance(shown, KeptMix) and shown.share is None else shown
-        _spheres[shown.digest] = lit_sphere(evenly, None)
-    return _spheres[shown.digest]
-
-
-def split_sphere(left: Shown, right: Shown, at: float) -> SingleArray:
-    """A sphere of two materials, with a line between them: (size, size, 4). Raises ValueError if one has no fit."""
-    progress.report(0.0, "Drawing")
-    return pictures.split(_sphere(left), _sphere(right), at)

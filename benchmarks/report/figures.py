@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 
 import fitter
+from fitter.pictures import srgb
 from support import sheet
 from support.stage import material_for, render, suzanne
 
@@ -50,7 +51,7 @@ def flip(reference, picture):
         import flip_evaluator
     except ImportError:
         return None
-    shown = [np.ascontiguousarray(sheet.encode(of[..., :3]), dtype=np.float32) for of in (reference, picture)]
+    shown = [np.ascontiguousarray(srgb(of[..., :3]), dtype=np.float32) for of in (reference, picture)]
     _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", applyMagma=False, parameters={"ppd": PIXELS_PER_DEGREE})
     return float(mean)
 

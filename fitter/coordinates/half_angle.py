@@ -14,7 +14,8 @@ A reflectance that depends on theta_h alone, a highlight with its tail, or rings
 them, is a function of one axis, so that a lattice needs few cells for it however narrow they are. Where the half vector
 is the normal phi_d has no value, and there x is 0: c makes mu^2 and h x, of which a function with the symmetries of the
 lattice is one, smooth there. Where both directions coincide (x, y) are 0, so that nothing is special about
-retro-reflection. Exchanging the directions only changes the sign of x.
+retro-reflection; a narrow peak there gets room by a stretch of (x, y) of its own, as `stretch` does it to half vectors.
+Exchanging the directions only changes the sign of x.
 """
 
 from dataclasses import dataclass
@@ -37,9 +38,12 @@ class HalfAngle:
     ----------
     stretch : float
         The stretch k of the half angle, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
+    back_stretch : float
+        Likewise, of the difference vector (x, y).
     """
 
     stretch: float = stretch.NONE
+    back_stretch: float = 0.0
     name: ClassVar[str] = "half_angle"
     axes: ClassVar[tuple[str, ...]] = ("h", "x", "y")
 
@@ -69,7 +73,8 @@ class HalfAngle:
         near = r * length / spread                          # r^2 / sin theta_h
         x = np.clip(rise * near / (r ** 2 + self.softening ** 2), -d, d)
         h, _ = stretch.stretched(r, np.zeros_like(r), self.stretch)
-        return (np.stack(np.broadcast_arrays(h, x, np.sqrt(np.maximum(d ** 2 - x ** 2, 0))), axis=-1) + 1) / 2
+        x, y = stretch.stretched(x, np.sqrt(np.maximum(d ** 2 - x ** 2, 0)), self.back_stretch)
+        return (np.stack(np.broadcast_arrays(h, x, y), axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
         """Map coordinates (..., 3) to directions, four (...) arrays, radians; theta_i is in the plane of azimuth 0.
@@ -77,6 +82,7 @@ class HalfAngle:
         Directions below the horizon are moved to it.
         """
         h, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
+        along, across = stretch.unstretched(along, across, self.back_stretch)
         side = np.where(h < 0, -1.0, 1.0)
         r, _ = stretch.unstretched(np.abs(h), np.zeros_like(h), self.stretch)
         d = np.hypot(along, across)

@@ -125,6 +125,12 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     return constants | _coordinates(fit) | _transform(fit.transform, fit.columns) | _edit(fit), tables
 
 
+def _stretch(name: str, stretch: float) -> dict[str, Any]:
+    """Whether there is a stretch, and what `coordinates.stretch` multiplies by."""
+    return {f"{name}ED": int(stretch > 0), **({f"{name}": f"{stretch:.9g}",
+                                               f"{name}_SCALE": f"{1 / np.arcsinh(stretch):.9g}"} if stretch else {})}
+
+
 # Coordinates are told by their names, not by their classes: a script may bring a fit of its own copy of
 # this package to the extension's.
 
@@ -137,9 +143,9 @@ def _coordinates(fit: Fit) -> dict[str, Any]:
     constants["AXES"] = len(fit.coordinates.axes)
     if name in (HalfDifference.name, Rusinkiewicz.name, HalfAngle.name):
         system = cast(HalfDifference | Rusinkiewicz | HalfAngle, fit.coordinates)
-        constants |= {"SOFTENING_2": f"{system.softening ** 2:.9g}", "STRETCHED": int(system.stretch > 0)}
-        if system.stretch:
-            constants |= {"STRETCH": f"{system.stretch:.9g}", "STRETCH_SCALE": f"{1 / np.arcsinh(system.stretch):.9g}"}
+        constants |= {"SOFTENING_2": f"{system.softening ** 2:.9g}", **_stretch("STRETCH", system.stretch)}
+        if name == HalfAngle.name:
+            constants |= _stretch("BACK_STRETCH", cast(HalfAngle, system).back_stretch)
     elif name == AnisotropicRusinkiewicz.name:
         turned = cast(AnisotropicRusinkiewicz, fit.coordinates)
         largest = max(turned.along, turned.across)

@@ -84,24 +84,33 @@ def find(content: bytes, columns: str | None = None) -> Layout | None:
     """
     if columns is not None:
         return _named(content, split(columns.encode(), b","))
-    said, fallback, is_first = None, None, True
-    for line in islice(_lines(content), _MOST_TITLES):
+    first, fallback = -1, None
+    for line, separator, cells in _attempts(content):
+        if line[0].startswith(b"VARS"):
+            break
+        first = line.start() if first < 0 else first
+        if not _POLAR.search(line[0]) or not _are_names(cells):
+            continue
+        if _has_rows(content, line.end(), len(cells), separator):
+            return _layout(content, line, cells, separator)
+        if line.start() == first and fallback is None:      # a table without rows, or with damaged ones
+            fallback = line, cells, separator
+    return None if fallback is None else _layout(content, *fallback)
+
+
+def _attempts(content: bytes, every: bool = False) -> Iterator[tuple[re.Match[bytes], bytes | None, list[bytes]]]:
+    """The first lines, each with what may separate its cells, and these; what Excel says separates them all. `every`
+    separator that a line has, or the first ones."""
+    said = None
+    for line in islice(_lines(content), _MOST_TITLES + 1):
         if said is None and (found := _SAID.match(line[0])):
             said = found[1]
             continue
-        if len(line[0]) > _LONGEST or line[0].startswith(b"VARS"):
-            break
-        if _POLAR.search(line[0]):
-            for separator in [said] if said else _candidates(line[0]):
-                cells = split(line[0], separator)
-                if not _are_names(cells):
-                    continue
-                if _has_rows(content, line.end(), len(cells), separator):
-                    return _layout(content, line, cells, separator)
-                if is_first and fallback is None:       # a table without rows, or with damaged ones
-                    fallback = line, cells, separator
-        is_first = False
-    return None if fallback is None else _layout(content, *fallback)
+        if len(line[0]) > _LONGEST:
+            return
+        every_one = [*(each for each in _SEPARATORS if each in line[0]), None]
+        for separator in [said] if said else every_one if every else _candidates(line[0]):
+            yield line, separator, split(line[0], separator)
 
 
 def preview(content: bytes) -> tuple[list[str] | None, list[list[str]]] | None:
@@ -113,15 +122,11 @@ def preview(content: bytes) -> tuple[list[str] | None, list[list[str]]] | None:
     >>> preview(b"a scan\nalpha;beta\n1;2\n3;4,5\n")
     (['alpha', 'beta'], [['1', '2'], ['3', '4,5']])
     """
-    before = None
-    for line in islice(_lines(content), _MOST_TITLES):
-        if len(line[0]) > _LONGEST:
-            return None
-        for separator in _candidates(line[0]):
-            cells = split(line[0], separator)
-            if 1 < len(cells) <= MOST_COLUMNS and all(map(is_cell, cells)):
-                return _rows_from(content, line, before, separator)
-        before = line
+    before = current = None
+    for line, separator, cells in _attempts(content):
+        before, current = (before if current is not None and current.start() == line.start() else current), line
+        if 1 < len(cells) <= MOST_COLUMNS and all(map(is_cell, cells)):
+            return _rows_from(content, line, before, separator)
     return None
 
 
@@ -229,20 +234,12 @@ def _named(content: bytes, cells: list[bytes]) -> Layout | None:
     """The layout of a table whose columns a user has named: rows begin where there is one for these names."""
     shown = [decode(cell) for cell in cells]
     used = [k for k, name in enumerate(shown) if name not in ("", SKIPPED)]
-    said = None
-    for line in islice(_lines(content), _MOST_TITLES + 1):
-        if said is None and (found := _SAID.match(line[0])):
-            said = found[1]
-            continue
-        if len(line[0]) > _LONGEST:
-            return None
-        for separator in [said] if said else [*(each for each in _SEPARATORS if each in line[0]), None]:
-            row = split(line[0], separator)
-            if len(row) > max(used, default=MOST_COLUMNS) and all(is_cell(row[k]) for k in used) and any(
-                    is_number(row[k]) for k in used):
-                shown += [SKIPPED] * (len(row) - len(shown))
-                return Layout(shown, [names.parse(name).unit for name in shown], separator, (0, line.start()),
-                              line.start(), line_number(content, line.start()))
+    for line, separator, row in _attempts(content, every=True):
+        if len(row) > max(used, default=MOST_COLUMNS) and all(is_cell(row[k]) for k in used) and any(
+                is_number(row[k]) for k in used):
+            shown += [SKIPPED] * (len(row) - len(shown))
+            return Layout(shown, [names.parse(name).unit for name in shown], separator, (0, line.start()),
+                          line.start(), line_number(content, line.start()))
     return None
 
 

@@ -28,6 +28,7 @@ from ..model.transform import LogRelative
 from ..samples import Samples, some
 from . import beyond
 from .gaussian_process import Field, Kernel
+from .highlight import Highlight
 from .levels import Levels
 from .prior import WEIGHT
 
@@ -50,7 +51,7 @@ _PRECISE = 0.02             # deviation of a sample, relative to it, up to which
 
 
 def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
-             ) -> tuple[DenseLattice, SparseLattice | None]:
+             highlight: Highlight | None = None) -> tuple[DenseLattice, SparseLattice | None]:
     """Fit the lattices to a field.
 
     Parameters
@@ -59,6 +60,8 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
         Those that the field was fitted to; isotropic.
     field : Field
         Over 2 x - 1 of the coordinates x.
+    highlight : Highlight, optional
+        What becomes of the field in a highlight.
     """
     progress.report(0.0, "Fitting the dense lattice")
     nodes = dense.nodes(levels.diffuse)
@@ -66,12 +69,17 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     if levels.diffuse:
         values[0] = _mean_over_azimuths(field, 2 * nodes[0] - 1)
     values = _guessed(values, nodes, samples, coordinates, field)
+    if highlight is not None:
+        flat = values.reshape(-1, values.shape[-1])
+        values = highlight.blend(coordinates.decode(nodes.reshape(-1, nodes.shape[-1])), flat).reshape(values.shape)
     box = dense.interpolate(values, levels.diffuse)
     progress.report(0.2)
     between = _between(samples)
     directions = joined([samples.directions, between])
     x = coordinates.encode(*directions)
     wanted = np.concatenate([field.at_samples, field.at(2 * x[len(samples):] - 1)])
+    if highlight is not None:
+        wanted = highlight.blend(directions, wanted)
     # together the directions between weigh as much as the samples
     share = np.concatenate([np.ones(len(samples)), np.full(_BETWEEN, math.sqrt(len(samples) / _BETWEEN))])
     bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset

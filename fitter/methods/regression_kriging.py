@@ -17,6 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import cast
 
 import numpy as np
 
@@ -33,14 +34,16 @@ from ..model.transform import LEAST_OFFSET, LogRelative, greyed
 from ..quality.physics import direction_pairs
 from ..samples import RGB, Samples, some
 from ..shader_constants import LEAST_LENGTH
-from . import energy, gaussian_process, lattices, prior
+from . import energy, gaussian_process, highlight, lattices, prior
 from .gaussian_process import RECIPROCITIES, Field, Kernel
+from .highlight import Highlight
 from .levels import Levels
 
 MOST_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
+_BACK_STRETCH = 33.0        # of many samples above a prior with a lobe about retro-reflection
 _RESOLVED = 0.4             # of a stretch times the finest measured half angle: above, cells have no samples
 _FEW = 5                    # half angles that may be finer, and samples nearer to retro-reflection
 _THINNEST = 0.01            # softening radius of few samples
@@ -70,6 +73,8 @@ class Estimate:
     kernel : Kernel
     field : Field, or None
         Over 2 x - 1 of the coordinates x; None of more than `MOST_SAMPLES` samples and of anisotropic ones.
+    highlight : Highlight, or None
+        Whose colours the field has in a highlight; None where it keeps its own.
     left_out : (n, channels) float64, or None
         Each sample as the others predict it, 1/sr; the prior was fitted to all of them.
     """
@@ -78,6 +83,7 @@ class Estimate:
     transform: LogRelative
     kernel: Kernel
     field: Field | None
+    highlight: Highlight | None
     left_out: FloatArray | None
 
 
@@ -113,11 +119,13 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     likeliest = max(trials, key=lambda each: each.value)
     progress.report(0.8, "Fitting shape")
     coordinates, transform = systems[likeliest.system], transforms[likeliest.prior]
+    known = _known_noise(samples, transform)
     field, left_out = gaussian_process.krige(
-        _mu(coordinates, samples), transform.field(samples.values, *samples.directions), likeliest.kernel,
-        _known_noise(samples, transform))
+        _mu(coordinates, samples), transform.field(samples.values, *samples.directions), likeliest.kernel, known)
+    room = replace(cast(HalfDifference | Rusinkiewicz, coordinates), stretch=_STRETCHES[-1])
+    found, left_out = highlight.find(samples, transform, room, known, left_out)
     plausible = replace(transform, floor=0.0)
-    return Estimate(coordinates, transform, likeliest.kernel, field,
+    return Estimate(coordinates, transform, likeliest.kernel, field, found,
                     plausible.reflectance(left_out, *samples.directions))
 
 
@@ -129,13 +137,20 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
     kernels = [Kernel(length, noise, reciprocities[0]) for length, noise in _ROUGHNESSES]
     costs = np.array([_information_criterion(each.prior, fewer.values.size) for each in transforms])
     values = lattices.likelihoods(fewer, systems, transforms, kernels[0]) - costs
-    system, number = divmod(int(values.argmax()), len(transforms))
+    first, number = divmod(int(values.argmax()), len(transforms))
+    system, transform = systems[first], transforms[number]
+    # a peak about retro-reflection gets room where it is part of the prior
+    narrow = [HalfAngle(each.stretch, _BACK_STRETCH) for each in systems if isinstance(each, HalfAngle)]
+    if narrow and "retro" in transform.prior.kinds:
+        back = lattices.likelihoods(fewer, narrow, [transform], kernels[0])[:, 0] - costs[number]
+        if back.max() > values[first, number]:
+            system = narrow[int(back.argmax())]
     progress.report(0.6)
-    judge = lattices.LeftOut(some(samples, lattices.MOST), systems[system], transforms[number])
+    judge = lattices.LeftOut(some(samples, lattices.MOST), system, transform)
     kernel = judge.roughest(kernels)
     if len(reciprocities) > 1:
         kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=judge.error)
-    return Estimate(systems[system], transforms[number], kernel, None, None)
+    return Estimate(system, transform, kernel, None, None, None)
 
 
 def _information_criterion(model: Microfacet, values: int) -> float:
@@ -223,7 +238,8 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
     with progress.part(0.0, 0.8 if samples.isotropic else 0.5):
         if estimated.field is not None:
-            both = lattices.of_field(samples, estimated.coordinates, transform, estimated.field, levels)
+            both = lattices.of_field(samples, estimated.coordinates, transform, estimated.field, levels,
+                                     estimated.highlight)
         else:
             levels = levels if samples.isotropic else levels.of_four_axes()
             both = lattices.of_samples(samples, estimated.coordinates, transform, estimated.kernel, levels)

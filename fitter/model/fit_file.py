@@ -5,10 +5,11 @@ The entries are `header`, a JSON text with format, version, coordinates, transfo
 columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
 log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`, and if
 its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit in half and difference coordinates has
-`softening` and `stretch`, or of an anisotropic one `along`, `across` and `turn`; that of a log-relative one `offset`,
-`plausible`, `grey` and `lobes`, the kinds of the prior's lobes. An edited fit has the entries `edit_diffuse`,
-`edit_highlight`, `edit_level`, `edit_balance` and `edit_through`, and `edit` in the header: width, coat and coat_width.
-Of what has light below its surface the header has `subsurface`: albedo, mean_free_path and index.
+`softening` and `stretch`, of half angles `stretch` and `back_stretch`, or of an anisotropic one `along`, `across` and
+`turn`; that of a log-relative one `offset`, `plausible`, `grey` and `lobes`, the kinds of the prior's lobes. An edited
+fit has the entries `edit_diffuse`, `edit_highlight`, `edit_level`, `edit_balance` and `edit_through`, and `edit` in the
+header: width, coat and coat_width. Of what has light below its surface the header has `subsurface`: albedo,
+mean_free_path and index.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ _MOST_GREY = 0.9
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _OF_COORDINATES = {"softening": (LEAST_SOFTENING, 0.9), "stretch": (stretch.LEAST, stretch.LARGEST),
+                   "back_stretch": (stretch.LEAST, stretch.LARGEST),
                    "along": (stretch.LEAST / 10, stretch.LARGEST), "across": (stretch.LEAST / 10, stretch.LARGEST),
                    "turn": (-np.pi, np.pi)}      # parameters of coordinates, and their bounds; a stretch may be 0, too
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
@@ -168,7 +170,7 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
     numbers = {field.name: header[field.name] for field in fields(system)}
     for name, number in numbers.items():
         low, high = _OF_COORDINATES[name]
-        without = name == "stretch" and number == stretch.NONE
+        without = name in ("stretch", "back_stretch") and number == stretch.NONE
         _check(isinstance(number, float) and (without or low <= number <= high),
                f"its {name} is not a number from {low:g} to {high:g}")
     return cast(Coordinates, system(**numbers))

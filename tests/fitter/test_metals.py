@@ -1,6 +1,7 @@
 """Metals by their optical constants: the formula against integrals of its own, and fits against the formula."""
 
 import csv
+from functools import cache
 
 import numpy as np
 import pytest
@@ -116,6 +117,20 @@ def grey(widths, wi, wo, h, _cos_d):
     return np.broadcast_to((density * 0.5 / (wi[:, 2] * long_o + wo[:, 2] * long_i))[:, None], (len(wi), 3))
 
 
+def albedo_of_one(widths, theta, phi):
+    """The directional albedo of single reflection by a white metal."""
+    return integrated(lambda *each: grey(widths, *each), *widths, theta, phi)[0]
+
+
+@cache
+def mean_albedo(widths):
+    """`albedo_of_one` over the hemisphere, by Gauss-Legendre quadrature."""
+    nodes, weights = (np.polynomial.legendre.leggauss(12)[0] + 1) / 2, np.polynomial.legendre.leggauss(12)[1] / 2
+    azimuths = (0.0,) if widths[0] == widths[1] else (np.arange(4) + 0.5) * np.pi / 8
+    return sum(2 * x * w * np.mean([albedo_of_one(widths, np.arccos(x), azimuth) for azimuth in azimuths])
+               for x, w in zip(nodes, weights, strict=True))
+
+
 def truth(name, theta, phi=0.0):
     """What is reflected in all: light of one reflection, integrated, and what that loses times the colour of further
     bounces (Kulla and Conty 2017), of means over the hemisphere, integrated too."""
@@ -124,18 +139,12 @@ def truth(name, theta, phi=0.0):
     widths = published.FINISHES[finish]
     n, k = (numbers[metal, quantity] for quantity in "nk")
 
-    def of_one(at, turn):
-        return integrated(lambda *each: grey(widths, *each), *widths, at, turn)[0]
-
-    nodes, weights = (np.polynomial.legendre.leggauss(12)[0] + 1) / 2, np.polynomial.legendre.leggauss(12)[1] / 2
-    turns = (0.0,) if widths[0] == widths[1] else (np.arange(4) + 0.5) * np.pi / 8
-    mean_e = sum(2 * x * w * np.mean([of_one(np.arccos(x), turn) for turn in turns])
-                 for x, w in zip(nodes, weights, strict=True))
+    mean_e = mean_albedo(widths)
     cosines = (np.arange(4000) + 0.5) / 4000
     colour = np.clip(reflectance(n, k, cosines[:, None]) @ srgb_weights(wavelengths).T, None, 1)
     mean_f = (2 * cosines) @ colour / 4000
     more = mean_f ** 2 * mean_e / (1 - mean_f * (1 - mean_e))
-    return integrated(of_formula(name), *widths, theta, phi) + (1 - of_one(theta, phi)) * more
+    return integrated(of_formula(name), *widths, theta, phi) + (1 - albedo_of_one(widths, theta, phi)) * more
 
 
 @pytest.mark.parametrize("name", ["gold-satin", "iron-rough", "brass-brushed"])

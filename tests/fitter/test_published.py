@@ -141,6 +141,15 @@ def test_no_file_with_the_name_of_a_virtual_path_is_opened(tmp_path, monkeypatch
         fitter.load("published:nothing")
 
 
+@pytest.mark.parametrize("name", ["black-fabric", "gold-polished", "gold-brushed"])
+def test_no_pair_of_directions_is_sampled_twice(name):
+    """Where both are one, the azimuth of their difference says nothing: a ninth of the samples said the same."""
+    i, o = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1).round(9)
+            for theta, phi in (each for at in (published.directions(published.find(name).model),)
+                               for each in (at[:2], at[2:])))
+    assert len(np.unique(np.hstack([i, o]), axis=0)) == len(i)
+
+
 def test_what_paints_with_flakes_are_too_bright_off_the_highlight_is_told(random):
     """Against networks that were fitted to the measurements, where the half vector is 25 degrees off the normal."""
     path = measurements() / "merl" / "nbrdf_nets.npz"

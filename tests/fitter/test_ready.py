@@ -44,7 +44,7 @@ def test_a_ready_fit_is_close_to_the_published_formula_where_it_has_no_samples(n
 def test_a_ready_fit_reflects_as_much_as_its_model_whichever_way_the_light_goes(name):
     """Each material is sampled with the light the steeper direction: the other half of directions is the fit's own."""
     fit = ready.fit(name)
-    assert albedo_error(name, fit) < 0.022
+    assert albedo_error(name, fit) < 0.02
     assert swapped_error(name, fit) < 0.02
 
 

@@ -122,6 +122,7 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
 @pytest.mark.parametrize("name", quick(
     MADE_FITS, "half and difference, stretched by 2, all lobes, two columns, damped",
     "half and difference, softened by 0.3, stretched by 12", "half angle, stretched by 300, all lobes, damped",
+    "half angle, stretched by 12 and about retro-reflection by 33, retro",
     "Rusinkiewicz, stretched by 33, all lobes, damped",
     "anisotropic Rusinkiewicz, all lobes, two columns, damped", "anisotropic Rusinkiewicz, stretched by 5, fibres",
     "anisotropic Nusselt, mirror"))

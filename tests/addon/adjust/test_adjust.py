@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fitter
-from support.cases import release
+from support.cases import quick, release
 from support.stage import black_scene
 
 
@@ -227,7 +227,7 @@ def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing
     assert window.begun == []
 
 
-@pytest.mark.parametrize("name", ["satin", "aged", "lacquered", "wet", "dusty"])
+@pytest.mark.parametrize("name", quick(["satin", "aged", "lacquered", "wet", "dusty"], "satin", "wet"))
 def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(blender, material, extension, name):
     from fitter.variations import variation
 

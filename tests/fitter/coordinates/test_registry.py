@@ -10,7 +10,7 @@ from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 
 STRETCHED = (HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0), HalfAngle(33.0), HalfAngle(1000.0),
-             AnisotropicRusinkiewicz(33.0, 5.0, 0.7))
+             HalfAngle(5.0, 33.0),             AnisotropicRusinkiewicz(33.0, 5.0, 0.7))
 SYSTEMS = [*(make() for make in COORDINATES.values()), *STRETCHED]
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=str)
 every_isotropic_system, every_anisotropic_system = (

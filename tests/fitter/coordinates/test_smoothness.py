@@ -12,7 +12,7 @@ from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 
 SYSTEMS = [HalfDifference(), Rusinkiewicz(), HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0), HalfAngle(),
-           HalfAngle(33.0)]
+           HalfAngle(33.0), HalfAngle(12.0, 33.0)]
 ANGLES = np.radians([0, 3, 20, 45, 70, 85])
 SEAMS = {
     "retro-reflection": [(a, 0.3, a, 0.3) for a in ANGLES],

@@ -160,7 +160,7 @@ def test_tables_and_astm_files_are_examined_and_options_win(table, tmp_path):
                    names="VARS theta_i[deg],phi_i[deg],theta_s[deg],phi_s[deg],R,G,B")
     assert not fitter.load(path).isotropic
     assert fitter.load(path).notes == samples.notes[-1:]
-    with pytest.raises(DatasetError, match="isotropic 'yes' found, expected True, False or None"):
+    with pytest.raises(DatasetError, match="isotropic 'yes' found, expected True or False"):
         fitter.load(path, isotropic="yes")
 
 

@@ -40,7 +40,7 @@ def test_refinement_changes_nothing_but_the_lattice(random, level):
 
 @pytest.mark.parametrize("level", range(5))
 def test_every_control_point_that_directions_read_is_reachable_and_few_others(random, level):
-    x = random_points(random, 400_000)
+    x = random_points(random, 400_000 if level == 3 else 50_000)
     first, _ = dense.locate(x, level)
     assert first.min() >= 0
     read = np.zeros(dense.shape(level, 4), dtype=bool)

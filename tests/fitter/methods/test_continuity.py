@@ -162,12 +162,12 @@ MADE = {f"{system.__name__}, {stretch:g}, {'damped' if damped else 'not damped'}
         for damped in (False, True)}
 MADE |= {str(system): (system, False) for system in (
     AnisotropicNusselt(), AnisotropicRusinkiewicz(), AnisotropicRusinkiewicz(12.0, 3.0, 0.4),
-    AnisotropicRusinkiewicz(33.0, 33.0, -2.0))}
+    AnisotropicRusinkiewicz(33.0, 33.0, -2.0), HalfAngle(12.0, 33.0))}
 
 
 @pytest.mark.parametrize("seam", SEAMS)
 @pytest.mark.parametrize("name", quick(MADE, "HalfDifference, 5, not damped", "Rusinkiewicz, 33, damped",
-                                       "HalfAngle, 33, not damped",
+                                       "HalfAngle, 33, not damped", str(HalfAngle(12.0, 33.0)),
                                        str(AnisotropicRusinkiewicz(12.0, 3.0, 0.4))))
 def test_fits_of_every_part_are_smooth_across_the_seams(name, seam):
     """Random lattices, whose field has no reason to be smooth where the coordinates are not; all kinds of lobes."""

@@ -279,8 +279,9 @@ def test_a_softening_radius_that_is_none_is_refused(tmp_path, softening):
 
 
 @pytest.mark.parametrize("stretch", [-5.0, 0.05, 1e9, math.nan, math.inf, "5", None, True, [5.0], 10**400])
-def test_a_stretch_of_the_half_angle_that_is_none_is_refused(tmp_path, stretch):
-    tampered(MADE_FITS["half angle"], tmp_path / "bad.npz", header={"stretch": stretch})
+@pytest.mark.parametrize("name", ["stretch", "back_stretch"])
+def test_a_stretch_of_the_half_angle_that_is_none_is_refused(tmp_path, name, stretch):
+    tampered(MADE_FITS["half angle"], tmp_path / "bad.npz", header={name: stretch})
     with pytest.raises(fitter.DatasetError, match=r"bad\.npz: a damaged fit.*stretch"):
         fitter.Fit.load(tmp_path / "bad.npz")
 

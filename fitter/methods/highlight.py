@@ -1,0 +1,115 @@
+"""The colour of a highlight that lies between samples: a weighted mean of theirs.
+
+Few samples are farther apart than a highlight is wide. A Gaussian process takes the handful that lie in one for noise
+amid the many around it, each channel for itself: a grey highlight on a paint of saturated colours gets one of these, or
+one that no sample has. So where the narrowest mirror lobe is most of the prior, the differences between the channels of
+the field become the mean of the samples' by inverse distances (D. Shepard: A Two-Dimensional Interpolation Function for
+Irregularly-Spaced Data, 23rd ACM National Conference, 1968), in the coordinates that give highlights most room. Samples
+weigh as they lie in the highlight themselves. All weights are positive: relative to the prior, no direction there has a
+colour that lies outside of those of the samples around it. Brightness, the mean over channels, is the process's.
+
+That is done where it predicts the samples, each left out, better than the process does.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Directions, FloatArray, IntArray, selected
+from ..coordinates import Coordinates
+from ..model.microfacet import Microfacet
+from ..model.transform import LogRelative
+from ..samples import Samples
+
+_WIDEST = 0.05              # a lobe, as a slope; samples resolve wider ones
+_POWER = 3.0                # of inverse squared distances
+_COINCIDENT = 1e-6          # squared distance of samples that are taken as one
+_LEAST_SHARE = 0.01         # up to which a direction is outside of the highlight
+_FAILED = 1.0               # noise, relative to the field's variance, above which a sample says nothing
+
+
+@dataclass(frozen=True)
+class Highlight:
+    """What samples say of a highlight's colour.
+
+    Attributes
+    ----------
+    transform : LogRelative
+    coordinates : Coordinates
+        Those in which distances are measured.
+    mu : (n, axes) float64
+        The samples' coordinates, 2 x - 1.
+    colours : (n, channels) float64
+        The samples' values, less their mean over channels.
+    weights : (n,) float64
+        What samples weigh at equal distances: their share of the highlight.
+    """
+
+    transform: LogRelative
+    coordinates: Coordinates
+    mu: FloatArray
+    colours: FloatArray
+    weights: FloatArray
+
+    def blend(self, directions: Directions, continued: FloatArray, left_out: bool = False) -> FloatArray:
+        """The field at directions, where a process continues it as given: (n, channels).
+
+        With `left_out`, the directions are the samples', of which none is to know its own value.
+        """
+        share = highlight_share(self.transform, directions)
+        which = np.flatnonzero(share > _LEAST_SHARE)
+        blended = continued.copy()
+        if len(which):
+            colours = continued[which] - continued[which].mean(axis=1, keepdims=True)
+            means = self._weighted_means(selected(directions, which), which if left_out else None)
+            blended[which] += share[which, None] * (means - colours)
+        return blended
+
+    def _weighted_means(self, directions: Directions, own: IntArray | None) -> FloatArray:
+        """The samples' means by inverse distances, without those of the numbers `own` where these are given."""
+        mu = 2 * self.coordinates.encode(*directions) - 1
+        # the nearer of a sample and its reciprocal
+        apart = np.minimum(*(((mu[:, None] - exchanged * self.mu) ** 2).sum(axis=2)
+                             for exchanged in np.array([[1, 1, 1], [1, -1, 1]])))
+        weights = self.weights / (apart + _COINCIDENT) ** _POWER
+        if own is not None:
+            weights[np.arange(len(own)), own] = 0
+        return np.asarray(weights @ self.colours / weights.sum(axis=1, keepdims=True))
+
+
+def highlight_share(transform: LogRelative, directions: Directions) -> FloatArray:
+    """The squared share that the narrowest mirror lobe has in a prior, 0 of wide ones: (n,)."""
+    prior = transform.prior
+    mirrors = [number for number, kind in enumerate(prior.kinds) if kind == "mirror" and prior.alpha[number] < _WIDEST]
+    if not mirrors:
+        return np.zeros(len(directions[0]))
+    own = [min(mirrors, key=lambda number: prior.alpha[number])]
+    lobe = Microfacet(0 * prior.kd, prior.ks[own], prior.alpha[own], prior.gamma[own], prior.f0[own])
+    part, whole = (each.evaluate(*directions).mean(axis=1) for each in (lobe, prior))
+    return np.asarray((part / (whole + transform.offset)) ** 2)
+
+
+def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, known: FloatArray, left_out: FloatArray,
+         ) -> tuple[Highlight | None, FloatArray]:
+    """The highlight of samples, or None where the process predicts these better; and how they are predicted.
+
+    Parameters
+    ----------
+    coordinates : Coordinates
+        Those in which distances are measured.
+    known : (n,) float64
+        Variance of each sample's noise, relative to that of the field.
+    left_out : (n, channels) float64
+        Each sample's field as the process of the others has it. So is the second result, with the highlight's colours.
+    """
+    share = np.where(known < _FAILED, highlight_share(transform, samples.directions), 0.0)
+    if np.count_nonzero(share) < 2 or left_out.shape[1] == 1:
+        return None, left_out
+    field = transform.field(samples.values, *samples.directions)
+    found = Highlight(transform, coordinates, 2 * coordinates.encode(*samples.directions) - 1,
+                      field - field.mean(axis=1, keepdims=True), share)
+    blended = found.blend(samples.directions, left_out, left_out=True)
+    wanted, bounded = np.cbrt(np.maximum(samples.values, 0)), replace(transform, floor=0.0)
+    before, after = (((np.cbrt(bounded.reflectance(each, *samples.directions)) - wanted) ** 2).sum()
+                     for each in (left_out, blended))
+    return (found, blended) if after < before else (None, left_out)
