@@ -33,7 +33,7 @@ def _tile(name, metres, size, samples):
     scene = suzanne()
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.cycles.samples = samples
-    scene.camera.data.lens = 62
+    scene.camera.data.lens = 84
     background(scene, 0.08, (0.75, 0.85, 1.0))
     bpy.data.objects["Area"].data.energy = 60
     add_lamp("AREA", 700, (2.2, 3.4, 2.2), (math.radians(-62), 0, math.radians(-32)), shape="SQUARE", size=1.5)
