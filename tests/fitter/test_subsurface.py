@@ -15,7 +15,7 @@ PUBLISHED = {"apple": (0.85, 0.84, 0.53), "chicken-1": (0.31, 0.15, 0.10), "chic
              "cream": (0.98, 0.90, 0.73), "ketchup": (0.16, 0.01, 0.00), "marble": (0.83, 0.79, 0.75),
              "potato": (0.77, 0.62, 0.21), "skim-milk": (0.81, 0.81, 0.69), "skin-1": (0.44, 0.22, 0.13),
              "skin-2": (0.63, 0.44, 0.34), "spectralon": (1.00, 1.00, 1.00), "whole-milk": (0.91, 0.88, 0.76)}
-PHOTONS = {"marble": 60_000, "skim-milk": 60_000, "skin-1": 150_000, "ketchup": 300_000}
+PHOTONS = {"marble": 250_000, "skim-milk": 250_000, "skin-1": 150_000, "ketchup": 300_000}
 
 
 def below(name):
