@@ -44,7 +44,7 @@ def main():
         begun = time.process_time()
         fit = ready.fit(material.name)
         seconds = time.process_time() - begun
-        found["metals" if material.is_computed else "not metals"].append(
+        found["metals" if published.METAL in material.tags else "not metals"].append(
             (material.name, albedo_error(material.name, fit), swapped_error(material.name, fit), seconds))
     rows = []
     for kind, errors in (*found.items(), ("all", [*found["not metals"], *found["metals"]])):

@@ -1,5 +1,5 @@
-"""``make demo``: imports measurements through the add-on and renders the paper's figures, anisotropic materials, a
-photographed ball and a photographed card.
+"""``make demo``: imports measurements through the add-on and renders the paper's figures, anisotropic and
+translucent materials, a photographed ball and a photographed card.
 
 Two processes draw small pictures with few samples; ``--full`` draws the same ones as the pages have
 them.
@@ -28,7 +28,7 @@ from support import sheet, synthetic
 from support.checkout import ROOT, extension
 from support.stage import lit_sphere, render, suzanne
 
-from . import anisotropic, ball, card
+from . import anisotropic, ball, card, translucent
 
 PROCESSES = 2
 PAPER = {"preset": "Paper"}
@@ -146,6 +146,14 @@ def photographed_ball(demo):
               "Draft" if quality.samples < 1 else "Standard")
 
 
+def translucent_heads(demo):
+    """Heads of translucent materials, lit from behind, at two scales."""
+    demo.say("rendering translucent materials")
+    quality = demo.quality
+    translucent.draw(quality.folder / "translucent.png", round(quality.size * translucent.SIZE),
+                     round(quality.samples * translucent.SAMPLES))
+
+
 def photographed_card(demo):
     """A printed card as synthetic photographs, measured and rendered."""
     demo.say("measuring a photographed card")
@@ -157,7 +165,7 @@ def photographed_card(demo):
 # the longest first; by a process each
 PARTS = {"card": photographed_card, "pan": partial(anisotropic_half, name="brushed_pan"),
          "cloth": partial(anisotropic_half, name="satin_cloth"), "figure 8": figure_8, "figure 3": figure_3,
-         "figure 4": figure_4, "ball": photographed_ball}
+         "figure 4": figure_4, "ball": photographed_ball, "translucent": translucent_heads}
 IN_THE_TABLE = "figure 4", "figure 3", "figure 8"
 
 

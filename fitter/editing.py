@@ -73,8 +73,8 @@ def edited(fit: Fit, diffuse: ArrayLike = 1.0, highlight: ArrayLike = 1.0, width
         raise ValueError(f"factors of {[factor.size for factor in factors]} channels for a fit of {len(fit.channels)}")
     if channels > len(fit.channels):
         fit = replace(fit, channels=RGB, columns=fit.columns * channels)
-    level = _level(fit)
-    balance = np.zeros((0, len(level))) if width == 1 else _balance(fit, level, width)
+    level = _level(fit.above)
+    balance = np.zeros((0, len(level))) if width == 1 else _balance(fit.above, level, width)
     return replace(fit, edit=Edit(np.broadcast_to(factors[0], channels).copy(),
                                   np.broadcast_to(factors[1], channels).copy(), level, float(width), balance,
                                   float(coat), float(coat_width),

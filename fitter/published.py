@@ -1,10 +1,12 @@
-"""A starter library of models, as if they were files: metals by their optical constants, and all materials of MERL.
+"""A starter library of models, as if they were files: metals by their optical constants, translucent materials
+by what they scatter and absorb, and all materials of MERL.
 
 Metals are computed: microfacets (`model.conductor`) with the refractive indices of `data/metals_nk.csv`, whose sources
-are in `data/metals.csv`, in some finishes. The other parameters are those of J. Low, J. Kronander, A. Ynnerman,
-J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM TOG 31(1), 2012 (`model.low2012`).
-They were fitted to measurements of W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance Model, ACM
-TOG 22(3), 2003, and are no measurements.
+are in `data/metals.csv`, in some finishes. Translucent ones (`model.translucent`) are the rows of
+`data/translucent.csv`, or are described by their name. The other parameters are those of J. Low, J. Kronander,
+A. Ynnerman, J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM TOG 31(1), 2012
+(`model.low2012`). They were fitted to measurements of W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven
+Reflectance Model, ACM TOG 22(3), 2003, and are no measurements.
 
 `formats.load` takes a virtual path, ``published:NAME``, where it takes files. Samples of the model are then made, where
 fits need them: in half and difference angles, and close together where the lobe falls. Near the horizon the model of
@@ -14,8 +16,8 @@ is left out.
 
 import csv
 import difflib
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Iterator, Mapping
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,15 +29,19 @@ from .errors import DatasetError
 from .model import is_isotropic
 from .model.conductor import Conductor
 from .model.low2012 import Low2012
+from .model.translucent import TRANSLUCENT, WORDS, Translucent, from_words
 from .samples import HORIZON, RGB, Samples
 
 PREFIX = "published:"
 COMPUTED = "Computed from measured optical constants"
+SCATTERED = "Computed from measured scattering and absorption"
 CITATION = "Low, Kronander, Ynnerman, Unger 2012, ACM TOG 31(1)"
 METAL = "metal"
-TAGS = (METAL, "paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam")
+TYPED = f"{TRANSLUCENT};"       # how names begin that describe a material
+TAGS = (METAL, TRANSLUCENT, "paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam")
 FINISHES = {"polished": (0.04, 0.04), "satin": (0.15, 0.15), "rough": (0.35, 0.35), "brushed": (0.08, 0.3)}
 """Widths of the lobe of metals, as slopes, along the tangent (of a brushed metal, along its grooves) and across it."""
+_TYPED_KEPT = 64            # materials that names describe
 _DATA = Path(__file__).parent / "data"
 _HALF, _DIFFERENCE, _AROUND = 20, 14, 8         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
 _CROWDED = 1.4              # exponent by which these angles theta_d lie closer together toward grazing
@@ -56,7 +62,7 @@ class Published(NamedTuple):
         What people call it.
     tags : tuple of str
         What it is made of, of `TAGS`.
-    model : Low2012 or Conductor
+    model : Low2012, Conductor or Translucent
     source : str
         Whose numbers they are.
     words : str
@@ -68,7 +74,7 @@ class Published(NamedTuple):
     name: str
     label: str
     tags: tuple[str, ...]
-    model: Low2012 | Conductor
+    model: Low2012 | Conductor | Translucent
     source: str
     words: str = ""
     excess: float = 1.0
@@ -80,30 +86,34 @@ class Published(NamedTuple):
 
     @property
     def is_computed(self) -> bool:
-        """Whether it is computed from optical constants; else it was fitted to measurements, by others."""
-        return isinstance(self.model, Conductor)
+        """Whether it is computed from what was measured of its substance; else others fitted it to measurements."""
+        return not isinstance(self.model, Low2012)
 
     @property
     def finish(self) -> str:
         """Of a metal, one of `FINISHES`; else empty."""
-        return self.name.rpartition("-")[2] if self.is_computed else ""
+        return self.name.rpartition("-")[2] if METAL in self.tags and self.is_computed else ""
 
     @property
     def substance(self) -> str:
         """Of a metal, what people call it without its finish; else its label."""
-        return self.label[len(self.finish):].strip().capitalize() if self.is_computed else self.label
+        return self.label[len(self.finish):].strip().capitalize() if self.finish else self.label
 
     @property
     def brief(self) -> str:
         """What it is, in a line."""
-        return COMPUTED if self.is_computed else (
+        return self._computed if self.is_computed else (
             f"Published fit of MERL's {self.name} (Low et al. 2012), not a measurement{self._too_bright}")
 
     @property
     def description(self) -> str:
         """What it is, with the source."""
-        return f"{COMPUTED} ({self.source}), not a measurement of a surface" if self.is_computed else (
+        return f"{self._computed} ({self.source}), not a measurement of a surface" if self.is_computed else (
             f"Published fit of MERL's {self.name}, not a measurement ({self.source}){self._too_bright}")
+
+    @property
+    def _computed(self) -> str:
+        return SCATTERED if isinstance(self.model, Translucent) else COMPUTED
 
     @property
     def _too_bright(self) -> str:
@@ -116,7 +126,7 @@ def list_published() -> list[str]:
     Examples
     --------
     >>> len(list_published()), list_published()[:2]
-    (150, ['alum-bronze', 'alumina-oxide'])
+    (175, ['alum-bronze', 'alumina-oxide'])
     """
     return sorted(materials())
 
@@ -136,7 +146,8 @@ def load_published(name: str) -> Samples:
     Parameters
     ----------
     name : str
-        One of `list_published`.
+        One of `list_published`, or ``translucent; scattering 2.19 2.62 3; absorption .0021 .0041 .0071; index 1.5``:
+        a translucent material by `model.translucent.WORDS`.
 
     Returns
     -------
@@ -155,13 +166,26 @@ def load_published(name: str) -> Samples:
     ('Chrome', 'published:chrome')
     """
     material = find(name)
-    at = directions(material.model)
-    return Samples(*at, material.model.evaluate(*at), RGB, material.label, material.path, (material.description,),
-                   isotropic=is_isotropic(material.model))
+    return sampled(material.model, material.label, material.path, material.description)
+
+
+def sample_words(words: Mapping[str, str], name: str, source: str) -> Samples:
+    """Samples of a translucent material that is described by `model.translucent.WORDS`. Raises ValueError as that does.
+    """
+    return sampled(from_words(words), name, source, "Computed from scattering and absorption, not a measured BRDF")
+
+
+def sampled(model: Low2012 | Conductor | Translucent, name: str, source: str, note: str) -> Samples:
+    """Samples of a model: red, green and blue, linear Rec.709."""
+    at = directions(model)
+    return Samples(*at, model.evaluate(*at), RGB, name, source, (note,), isotropic=is_isotropic(model),
+                   subsurface=getattr(model, "below", None))
 
 
 def find(name: str) -> Published:
     """The material of a name. Raises DatasetError, as `load_published` does."""
+    if name.startswith(TYPED):
+        return _typed(name)
     if name in materials():
         return materials()[name]
     close = difflib.get_close_matches(name.lower(), materials(), n=4, cutoff=0.4)
@@ -185,7 +209,7 @@ def name_in(path: str | Path) -> str | None:
 @cache
 def materials() -> dict[str, Published]:
     """All materials by name."""
-    by_name = {each.name: each for each in _metals()}
+    by_name = {each.name: each for each in (*_metals(), *translucent())}
     names = {row["name"]: row for row in _rows("merl_names.csv")}
     for row in _rows("low2012.csv"):
         name = row["name"]
@@ -214,12 +238,34 @@ def _metals() -> Iterator[Published]:
                             f"{row['sample']}: {row['source']}", row["words"])
 
 
+def translucent() -> Iterator[Published]:
+    """Each translucent material."""
+    for row in _rows("translucent.csv"):
+        yield Published(row["name"], row["label"], tuple(row["tags"].split()), from_words(row), row["source"],
+                        row["words"])
+
+
+@lru_cache(_TYPED_KEPT)
+def _typed(name: str) -> Published:
+    """The translucent material that a name describes."""
+    parts = [part.split(maxsplit=1) for part in name[len(TYPED):].split(";") if part.strip()]
+    words = {part[0]: part[1] if part[1:] else "" for part in parts}
+    try:
+        if unknown := sorted(words.keys() - {*WORDS, "name"}):
+            raise ValueError(f"{unknown[0]!r}, expected {', '.join(WORDS)} or name")
+        model = from_words(words)
+    except ValueError as error:
+        raise DatasetError(str(error), PREFIX + name) from error
+    return Published(name, words.get("name", "").strip() or TRANSLUCENT.capitalize(), (TRANSLUCENT,), model,
+                     "numbers of one's own")
+
+
 def _rows(name: str) -> list[dict[str, str]]:
     with open(_DATA / name, encoding="utf-8", newline="") as stream:
         return [*csv.DictReader(line for line in stream if not line.startswith("#"))]
 
 
-def directions(model: Low2012 | Conductor) -> Directions:
+def directions(model: Low2012 | Conductor | Translucent) -> Directions:
     """Where samples of a model are made: pairs of directions, radians."""
     grazing = _GRAZING if isinstance(model, Low2012) else _GRAZING_OF_METALS
     half, difference, around = ((_HALF, _DIFFERENCE, _AROUND) if isinstance(model, Low2012) else
@@ -240,7 +286,7 @@ def directions(model: Low2012 | Conductor) -> Directions:
     return selected((theta_i, phi_i + phi_h, theta_o, phi_o + phi_h), np.maximum(theta_i, theta_o) < grazing + 1e-9)
 
 
-def _half_angles(model: Low2012 | Conductor, count: int) -> FloatArray:
+def _half_angles(model: Low2012 | Conductor | Translucent, count: int) -> FloatArray:
     """theta_h of samples, (count,) radians from 0 to grazing: evenly spaced in the lobe's fall and in the angle."""
     theta = np.concatenate([[0.0], np.geomspace(model.width, _GRAZING, 4000)])
     way = model.falls(theta) / _FALL + theta / _TURN

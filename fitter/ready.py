@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from . import files, methods, npz, published
 from .cycles.node_lobes import Shape
-from .cycles.node_mixture import NodeMixture, Nodes, Sampling, node_mixtures
+from .cycles.node_mixture import NodeMixture, Nodes, Sampling, node_mixtures, walk_below
 from .cycles.principled import principled
 from .cycles.principled_bsdf import Principled
 from .errors import DatasetError
@@ -30,6 +30,7 @@ PRESET = "Standard"         # whose method it is
 ARGUMENTS: dict[str, Any] = {"diffuse_level": 3, "specular_level": 4, "compression": 92.5, "method": "kriging"}
 FOLDER = Path(__file__).parents[1] / "starter_library" / "fits"
 _INPUTS = [field.name for field in fields(Principled)]
+_ENGINES = "cycles", "eevee"
 _OF_MIXTURE = "kinds", "errors", "colours", "table"
 _WIDTHS = 3, 1, 1, 1, 3, 1, 1, 1        # of the inputs
 
@@ -77,7 +78,7 @@ def write(made: Ready, path: str | Path) -> None:
     arrays: dict[str, NDArray[Any]] = {
         "fit": np.frombuffer(made.fit.to_bytes(), np.uint8),
         "principled": np.hstack([getattr(made.principled, name) for name in _INPUTS]).astype(np.float32)}
-    for engine, mixture in made.nodes._asdict().items():
+    for engine, mixture in zip(_ENGINES, (made.nodes.cycles, made.nodes.eevee), strict=True):
         columns = [mixture.theta, *mixture.shape, *(mixture.sampling or ())[1:]]
         colours = [mixture.colour, *(mixture.sampling or ())[:1]]
         arrays |= {f"{engine}_kinds": np.array(mixture.kinds),
@@ -94,8 +95,9 @@ def read(path: str | Path) -> Ready:
     """Read a file that `write` wrote. Raises DatasetError if it is damaged."""
     try:
         arrays = npz.read(files.read_bytes(path, npz.LARGEST))
-        nodes = Nodes(*(_mixture(*(arrays[f"{engine}_{name}"] for name in _OF_MIXTURE)) for engine in Nodes._fields))
-        return Ready(Fit.from_bytes(arrays["fit"].tobytes()), nodes, _principled(arrays["principled"]))
+        made = Fit.from_bytes(arrays["fit"].tobytes())
+        cycles, eevee = (_mixture(*(arrays[f"{engine}_{name}"] for name in _OF_MIXTURE)) for engine in _ENGINES)
+        return Ready(made, Nodes(cycles, eevee, walk_below(made)), _principled(arrays["principled"]))
     except (ValueError, KeyError) as error:
         raise DatasetError(f"a damaged fit of the starter library: {error}", path) from error
 

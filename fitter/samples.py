@@ -8,6 +8,7 @@ import numpy as np
 from .arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray
 from .colours import COLOURS, DEFAULT
 from .errors import DatasetError
+from .subsurface import Subsurface
 
 RGB = ("R", "G", "B")
 HORIZON = np.pi / 2
@@ -20,6 +21,7 @@ _IMAGES = {NO_SYMMETRY: (), HALF_TURN: ((1, np.pi),), MIRROR: ((-1, 0.0),),
 LARGEST_AZIMUTH = 1e6       # radians or degrees: up to it, double precision resolves directions to 1e-10
 ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
 _AT_NORMAL = 1e-3           # radians from the normal within which a direction has no azimuth
+_DECIMALS = 10              # of a surface's values, 1/sr
 _STEPS = 15_000             # in a quarter turn: directions that agree so far are one
 _Array = TypeVar("_Array", FloatArray, BoolArray)
 
@@ -55,6 +57,9 @@ class Samples:
         Whether the BRDF is to be taken as one that does not change when both directions turn about the normal.
     saturated : (n,) bool, or None
         The samples of which the files say that they overflowed the camera; None where they say nothing.
+    subsurface : Subsurface, or None
+        What lets light through and back: the values then have the diffuse surface of its albedo in them. None of what
+        was measured as a BRDF.
 
     Raises
     ------
@@ -87,6 +92,7 @@ class Samples:
     deviation: FloatArray | None = None
     isotropic: bool = True
     saturated: BoolArray | None = None
+    subsurface: Subsurface | None = None
 
     def __post_init__(self) -> None:
         values = _unchangeable(self.values)
@@ -174,6 +180,14 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     chosen: dict[str, Any] = {name: array[which] for name, array in arrays.items() if array is not None}
     given_away(*chosen.values())
     return replace(samples, **chosen)
+
+
+def above(samples: Samples) -> Samples:
+    """What the surface reflects of samples, without what comes from below it."""
+    if samples.subsurface is None:
+        return samples
+    values = samples.values - samples.subsurface.diffuse(samples.theta_i, samples.theta_o)
+    return replace(samples, values=np.round(values, _DECIMALS), subsurface=None)      # equal channels stay equal
 
 
 def choice(count: int, most: int) -> IntArray:

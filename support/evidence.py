@@ -12,9 +12,10 @@ import tokenize
 from .checkout import ROOT
 
 BEGIN, END = "<!-- evidence: {} -->", "<!-- /evidence -->"
-FITS = ("fitter/arrays.py", "fitter/colours.py", "fitter/coordinates", "fitter/lattice", "fitter/least_squares.py",
-        "fitter/methods", "fitter/model", "fitter/presets.py", "fitter/quality/cross_validation.py",
-        "fitter/quality/physics.py", "fitter/samples.py", "fitter/shader_constants.py")
+FITS = ("fitter/arrays.py", "fitter/colours.py", "fitter/coordinates", "fitter/fresnel.py", "fitter/lattice",
+        "fitter/least_squares.py", "fitter/methods", "fitter/model", "fitter/presets.py",
+        "fitter/quality/cross_validation.py", "fitter/quality/physics.py", "fitter/samples.py",
+        "fitter/shader_constants.py", "fitter/subsurface.py")
 """What the errors of fits depend on."""
 BAKED = (*FITS, "fitter/cycles", "osl")
 """What shaders and closures depend on."""

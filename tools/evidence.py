@@ -113,7 +113,7 @@ ENTRIES = {
     **{name: Entry(f"python -m demo_scenes.{name} docs/manual/{picture}.png", measured=(*SHADER, *_SCENES),
                    pictures=(f"manual/{picture}.png",))
        for name, picture in (("adjusted", "adjusted"), ("anisotropic", "anisotropic"), ("ball", "measured_ball"),
-                             ("card", "measured_card"), ("studio", "studio"))},
+                             ("card", "measured_card"), ("studio", "studio"), ("translucent", "translucent"))},
     "loops": Entry("python -m tools.window docs/loops drop adjust compare_drag inspect --size 1100x840",
                    measured=_WINDOW, pictures=("loops/*.webp",), needs=_BLENDER),
     "window": Entry("python -m tools.window docs/manual", measured=_WINDOW, pictures=("manual/*.png",),

@@ -87,6 +87,7 @@ def seeds():
                                              rotations=(0, 30, 60, 90, 120, 360),
                                              Symmetry="PlaneSymmetrical4D").encode(),
         "samples, saved": _saved(numbers),
+        "translucent, made": b"# made\nname,scattering,absorption,index,width\nOne,2.1 2.6 3,0.01,1.5,0.1\nTwo,1,1,,\n",
         "utia, made": utia_files.pack(utia_files.values_of(anisotropic_instruments.ggx())),
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])

@@ -19,7 +19,7 @@ from support import kept
 kept.keep("fitter")
 # beside the polished metals, what a check of a change makes: of each kind one at least
 FEW = ("aluminium-brushed", "alumina-oxide", "black-fabric", "black-obsidian", "color-changing-paint1", "green-latex",
-       "light-brown-fabric", "natural-209", "red-plastic", "specular-white-phenolic")
+       "light-brown-fabric", "natural-209", "red-plastic", "skin-1", "specular-white-phenolic")
 
 
 def main():

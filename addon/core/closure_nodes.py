@@ -18,10 +18,12 @@ if TYPE_CHECKING:
     from ...fitter.arrays import FloatArray, RealArray
     from ...fitter.cycles.node_lobes import Kind
     from ...fitter.cycles.node_mixture import NodeMixture
+    from ...fitter.subsurface import Walk
 
 _DISTRIBUTIONS: dict[Kind, str] = {"GGX": "GGX", "Beckmann": "BECKMANN"}
 _UNCONNECTED = 0.5          # a normal or tangent that is shorter is an unconnected input
 _ANY = (1.3e-5, 0.7e-5, 1.1e-5)     # added to tangents, so that none is without direction
+_MILLIMETRE = 1e-3          # m
 _WIDTH, _HEIGHT = 200, 260          # of a place in the node editor
 
 
@@ -193,6 +195,47 @@ def add_sum(tree: bpy.types.NodeTree, mixture: NodeMixture, frame: Frame, x: flo
     return total
 
 
+def add_walk(tree: bpy.types.NodeTree, walk: Walk, is_cycles: bool, scale: bpy.types.NodeSocket, inputs: Inputs,
+             frame: Frame, above: bpy.types.NodeSocket, x: float, y: float) -> bpy.types.NodeSocket:
+    """Add to the closures of a surface what comes from below it, and return the sum: a random walk in Cycles, EEVEE's
+    approximation there. `scale` is in metres per unit of the scene."""
+    build = _Builder(tree, x, y)
+    fresnel = build.node("ShaderNodeFresnel")
+    build.put(fresnel.inputs["IOR"], walk.surface)
+    build.put(fresnel.inputs["Normal"], frame.normal)
+    share = build.math("MULTIPLY", inputs.strength, build.math("SUBTRACT", 1.0, fresnel.outputs[0]))
+    color, rest = (walk.color, walk.rest) if is_cycles else (walk.albedo, np.zeros(3))
+    closure = build.node("ShaderNodeSubsurfaceScattering", falloff="RANDOM_WALK")
+    given: dict[str, _Value] = {
+        "Color": build.vector("MULTIPLY", inputs.tint, _vector(color)), "Radius": _vector(walk.radius),
+        "Scale": build.math("DIVIDE", _MILLIMETRE, scale), "IOR": walk.entry, "Roughness": 0.0, "Anisotropy": 0.0,
+        "Normal": frame.normal}
+    for name, value in given.items():
+        build.put(closure.inputs[name], value)
+    below = closure.outputs[0]
+    if rest.any():                      # what walks do not reach leaves where it entered
+        diffuse = build.node("ShaderNodeBsdfDiffuse")
+        build.put(diffuse.inputs["Color"], build.vector("MULTIPLY", inputs.tint, _vector(rest)))
+        build.put(diffuse.inputs["Normal"], frame.normal)
+        below = _added(build, below, diffuse.outputs[0])
+    passed = build.node("ShaderNodeMixShader")          # weighs it: its colour says how it scatters
+    build.put(passed.inputs[0], share)
+    build.put(passed.inputs[2], below)
+    return _added(build, above, passed.outputs[0])
+
+
+def _vector(numbers: FloatArray) -> tuple[float, float, float]:
+    first, second, third = numbers.tolist()
+    return first, second, third
+
+
+def _added(build: _Builder, first: bpy.types.NodeSocket, second: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    both = build.node("ShaderNodeAddShader")
+    build.put(both.inputs[0], first)
+    build.put(both.inputs[1], second)
+    return both.outputs[0]
+
+
 def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, shape: list[RealArray],
           frame: Frame, below: bpy.types.NodeSocket | None) -> bpy.types.NodeSocket:
     """One closure, from its colour (stops, phases, channels) and shape, 3 times (stops,), added to what is below."""
@@ -251,10 +294,7 @@ def _fill_lobe(tree: bpy.types.NodeTree, kind: Kind, names: tuple[str, ...]) -> 
         build.put(closure.inputs["Roughness"], parts[0])
     build.put(closure.inputs["Color"], seen)
     build.put(closure.inputs["Normal"], normal)
-    both = build.node("ShaderNodeAddShader")
-    build.put(both.inputs[0], inputs["Below"])
-    build.put(both.inputs[1], closure.outputs[0])
-    _group_outputs(tree, {"sum": both.outputs[0]})
+    _group_outputs(tree, {"sum": _added(build, inputs["Below"], closure.outputs[0])})
 
 
 def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> dict[str, bpy.types.NodeSocket]:

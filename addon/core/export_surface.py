@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 
 from ...fitter.colours import DEFAULT, conversion
-from . import export_inputs, mixing
+from . import export_inputs, mixing, node_group
 from .annotations import not_none
 from .export_inputs import ONE, Picture, Product
 from .reading import scene_colours
@@ -281,6 +281,8 @@ def _lost(node: bpy.types.Node) -> list[str]:
                     f"{not_none(normal.links)[0].from_node.name}")
     if "Tangent" in node.inputs:
         lost.append("The highlight is exported round: Tangent and Rotation have no effect")
+    if node_group.SCALE in node.inputs:
+        lost.append("Light below the surface is exported as a diffuse surface of the same albedo")
     return lost
 
 

@@ -35,6 +35,7 @@ EEVEE_ERROR = "eevee_error"
 EEVEE_WORST = "eevee_worst"
 CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
 EVERYWHERE = "Exact Everywhere"     # input
+SCALE = "Scale"                     # input of what light goes below: metres per unit
 _ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
 _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
 _FIT = "fit"                        # custom property of the group: bytes
@@ -46,6 +47,7 @@ _VERSION = "shader_version"         # custom property of the group
 # what Blender 5.0 writes beside their values, in bytes
 _NODE, _SOCKET, _LINK = 500, 640, 88
 _MATERIAL = 80_000          # of the material that has the group
+_LEAST_SCALE = 1e-6
 _SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
 
 
@@ -176,6 +178,12 @@ def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
         "where the camera sees the surface, directly or through sharp reflection, glass or transparency; light that "
         "has come by a rough surface sees the nodes, which are close. On: exact for that light too")
 
+    if shader.nodes.walk is not None:
+        scale = tree.interface.new_socket(SCALE, in_out="INPUT", socket_type="NodeSocketFloat")
+        scale.default_value, scale.min_value = 1, _LEAST_SCALE
+        scale.description = ("Metres that a unit of the scene stands for: where they are few, light goes far below the "
+                             "surface, in comparison with the object")
+
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE
     script.mode = "INTERNAL"
@@ -228,8 +236,14 @@ def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.
     if script.outputs:
         tree.links.new(script.outputs[_ACTIVE], which.inputs[0])
         tree.links.new(script.outputs["BSDF"], which.inputs[2])
-    tree.links.new(which.outputs[0], output.inputs[CYCLES])
-    tree.links.new(in_eevee, output.inputs[EEVEE])
+    surfaces = {CYCLES: which.outputs[0], EEVEE: in_eevee}
+    if nodes.walk is not None:
+        with _frame(tree, "Below the surface"):
+            surfaces = {name: closure_nodes.add_walk(tree, nodes.walk, name == CYCLES, source.outputs[SCALE], given,
+                                                     frame, above, -1200, 900 - 400 * number)
+                        for number, (name, above) in enumerate(surfaces.items())}
+    for name, surface in surfaces.items():
+        tree.links.new(surface, output.inputs[name])
 
 
 @contextmanager

@@ -223,7 +223,7 @@ def worth(settings: Any) -> Worth:
     if name is not None:
         try:
             material = published.find(name)
-            line = published.COMPUTED if material.is_computed else "Published fit, not a measurement"
+            line = material.brief if material.is_computed else "Published fit, not a measurement"
             return Worth(line, material.brief, material.is_computed)
         except DatasetError as error:
             return Worth(str(error), str(error), False)

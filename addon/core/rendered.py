@@ -67,6 +67,17 @@ def _is_compiled(tree: bpy.types.NodeTree) -> bool:
     return node_group.script_node(tree) is None or node_group.is_compiled(tree)
 
 
+def below_surface(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
+    """What light below the surface of a material is rendered by; empty where there is none."""
+    if node_group.SCALE not in not_none(materials.surface_node(material)).inputs:
+        return ""
+    if str(scene.render.engine) == "CYCLES":
+        return "Light below the surface: a random walk, which nodes and OSL share"
+    if in_eevee(scene):
+        return "Light below the surface: EEVEE's approximation"
+    return "Light below the surface: this engine has none. It shows a diffuse surface of the same albedo"
+
+
 def in_eevee(scene: bpy.types.Scene) -> bool:
     """Whether EEVEE renders a scene."""
     return str(scene.render.engine) in _EEVEE

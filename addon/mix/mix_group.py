@@ -25,7 +25,7 @@ MOST = 8                                # measured BRDFs in a mix: Cycles takes 
 _SCRIPT = "Measured BRDF Mix Shader"
 _PARTS = "First", "Second"              # nodes; and custom properties of the group, which hold the materials
 _COUNT = "mixed"                        # custom property of the group: how many measured BRDFs it holds
-_LOOKS = "Tint", "Strength", "Rotation" # inputs that change the look by their values
+_LOOKS = "Tint", "Strength", "Rotation", node_group.SCALE       # inputs that change the look by their values
 _ERRORS = node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR, node_group.EEVEE_WORST
 
 

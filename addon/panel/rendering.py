@@ -5,7 +5,7 @@ from collections.abc import Callable
 import bpy
 from bpy.props import EnumProperty
 
-from ..core import checks, export_surface, osl_support, rendered, studio_world
+from ..core import checks, export_surface, node_group, osl_support, rendered, studio_world
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
@@ -94,6 +94,10 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
         draw_wrapped(layout, rendered.sentence(now, chosen), "INFO" if as_chosen else "ERROR")
         if now.can_enable:
             layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
+        if below := rendered.below_surface(material, scene):
+            draw_wrapped(layout, below, "INFO")
+            layout.prop(not_none(materials.surface_node(material)).inputs[node_group.SCALE], "default_value",
+                        text="Metres per Unit")
         findings = checks.check(scene, material)
         if not findings:
             draw_wrapped(layout, "No setting of this scene changes the look", "CHECKMARK")

@@ -8,8 +8,10 @@ from ..work import icons
 from . import command, compiling, operators, panel, shelf
 
 _ENTRY = menu.entries(
+    (operators.MEASUREDBRDF_OT_translucent_material, "Translucent Measured BRDF"),
     (operators.MEASUREDBRDF_OT_add_starter_library, "Starter Library of Measured BRDFs to the Asset Browser"))
 _TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_published", "favourite",
+                                  "translucent_material",
                                   "add_starter_library", "match_photograph"),
            *manual.over_settings("manual#your-data-folder", "measuredshelf", "data_search"),
            *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))

@@ -5,11 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import EnumProperty, FloatVectorProperty, PointerProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
 
 from ...fitter import DatasetError, ready
 from ...fitter.matching import WINDOWS, Match, told
+from ...fitter.model.translucent import TRANSLUCENT, WIDTHS
 from ...fitter.published import METAL, PREFIX, find
+from ...fitter.subsurface import INDICES, LONGEST
 from ..core import edits, osl_support, targets
 from ..core import material as materials
 from ..core.annotations import Arguments, OperatorResult, not_none
@@ -99,6 +101,47 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         return edit
 
 
+class MEASUREDBRDF_OT_translucent_material(bpy.types.Operator):
+    """Make a translucent material of coefficients, or of an albedo and a mean free path, for all selected objects"""
+
+    bl_idname = "measured_brdf.translucent_material"
+    bl_label = "Translucent Material"
+    bl_options = {"REGISTER"}
+
+    label: StringProperty(name="Name", default="Translucent")
+    given: EnumProperty(name="Given", items=(
+        ("COEFFICIENTS", "Coefficients", "Reduced scattering and absorption, as measurements are published"),
+        ("ALBEDO", "Albedo and Path", "The share of light that leaves again, and how far it goes between scattering")))
+    scattering: FloatVectorProperty(name="Scattering", size=3, default=(2.19, 2.62, 3.0), min=0, precision=4,
+                                    description="Reduced, of red, green and blue light, 1/mm")
+    absorption: FloatVectorProperty(name="Absorption", size=3, default=(0.0021, 0.0041, 0.0071), min=0, precision=4,
+                                    description="Of red, green and blue light, 1/mm")
+    albedo: FloatVectorProperty(name="Albedo", subtype="COLOR", size=3, default=(0.8, 0.8, 0.8), min=0, max=1)
+    path: FloatVectorProperty(name="Mean Free Path", size=3, default=(1, 1, 1), min=1e-6, max=LONGEST,
+                              description="Of red, green and blue light, mm")
+    index: FloatProperty(name="IOR", default=1.3, min=INDICES[0], max=INDICES[1])
+    width: FloatProperty(name="Width", default=0.1, min=WIDTHS[0], max=WIDTHS[1],
+                         description="Of the slopes of the surface: smooth, 0.01, to matte, 1")
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = not_none(self.layout)
+        layout.use_property_split = True
+        for name in ("label", "given", *self._numbers(), "index", "width"):
+            layout.prop(self, name)
+
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
+        words = [f"{name} {' '.join(f'{number:.6g}' for number in getattr(self, name))}" for name in self._numbers()]
+        words += [f"index {self.index:.6g}", f"width {self.width:.6g}", f"name {self.label.replace(';', ' ')}"]
+        called = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+        return bpy.ops.measured_brdf.use_published(called, name="; ".join((TRANSLUCENT, *words)))
+
+    def _numbers(self) -> tuple[str, str]:
+        return ("scattering", "absorption") if self.given == "COEFFICIENTS" else ("albedo", "path")
+
+
 class MEASUREDBRDF_OT_match_photograph(AsksForPath, bpy.types.Operator):
     """Find the library's materials that are nearest to a photograph of a ball, cropped to it. They appear in a row \
 above the library"""
@@ -175,7 +218,7 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
 
 
 classes = (MeasuredShelf, MEASUREDBRDF_OT_match_photograph, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_favourite,
-           MEASUREDBRDF_OT_add_starter_library)
+           MEASUREDBRDF_OT_add_starter_library, MEASUREDBRDF_OT_translucent_material)
 
 
 def register() -> None:

@@ -5,6 +5,7 @@ from typing import Any
 import bpy
 
 from ...fitter.matching import told
+from ...fitter.model.translucent import TRANSLUCENT
 from ...fitter.published import Published
 from ..core import manual, preferences
 from ..core.annotations import not_none
@@ -125,8 +126,11 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
         row.operator(library.MEASUREDBRDF_OT_favourite.bl_idname, text="", emboss=False,
                      icon="SOLO_ON" if group[0] in favourites else "SOLO_OFF").name = group[0].name
     _draw_rest(layout, len(groups) - most, "materials")
-    draw_wrapped(layout, "Metals: computed from measured optical constants. Others: published fits of MERL's materials "
-                         "(Low et al. 2012), not measurements", "INFO")
+    if choices.tag in (TRANSLUCENT, shelf.ALL):
+        layout.operator(library.MEASUREDBRDF_OT_translucent_material.bl_idname, text="Translucent...", icon="ADD")
+    draw_wrapped(layout, "Metals: computed from measured optical constants; translucent materials: from measured "
+                         "scattering and absorption. Others: published fits of MERL's materials (Low et al. 2012), not "
+                         "measurements", "INFO")
     if not starter.is_offered(context):
         layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname, icon="ASSET_MANAGER")
 

@@ -27,7 +27,7 @@ SHIPPED = Path(__file__).parents[2] / "starter_library"
 FILE = "starter.blend"
 LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
-_REVISION = 6               # a new one makes users' libraries anew
+_REVISION = 7               # a new one makes users' libraries anew
 _CATALOGUE = f"{assets.CATALOGUE}/Starter"
 _STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
 

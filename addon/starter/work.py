@@ -21,7 +21,7 @@ def matched(path: str, window: str) -> tuple[str, list[matching.Match]]:
 
 def is_quick(name: str, colours: str) -> bool:
     """Whether `outcome` takes less than a second, for a file of these colours: nothing is to be fitted."""
-    return colours in ("", DEFAULT) and name in published.materials() and ready.is_there(name)
+    return colours in ("", DEFAULT) and ready.is_there(name)
 
 
 def outcome(name: str, how: Arguments, edit: Arguments | None = None) -> Outcome:

@@ -274,6 +274,8 @@ def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prep
 
     Kriging predicts each sample from the others in passing; a fit that does not follow its samples does no better.
     """
+    if samples.subsurface is not None:          # computed, and known everywhere
+        return verdict.UNKNOWN
     if "estimated" in prepared:
         columns = distinct_channels(samples)[1]
         left_out = prepared["estimated"].left_out
@@ -396,6 +398,8 @@ def digest(samples: fitter.Samples) -> str:
     radians, values to `_BITS` binary digits.
     """
     header = *samples.channels, samples.colours, "isotropic" if samples.isotropic else "anisotropic"
+    if samples.subsurface is not None:
+        header += tuple(f"{name} {np.round(value, 6)}" for name, value in vars(samples.subsurface).items())
     content = hashlib.sha256("\n".join(header).encode())
     for angle in samples.directions:
         for start in range(0, len(angle), _CHUNK):

@@ -23,6 +23,7 @@ from .. import progress
 from ..arrays import FloatArray, RealArray
 from ..least_squares import nonnegative
 from ..shader_constants import LEAST_FOLLOWED
+from ..subsurface import Walk
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of
@@ -162,15 +163,23 @@ class NodeMixture(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """The closure nodes of a fit for each renderer."""
+    """The closure nodes of a fit for each renderer, and the random walk below it, where light enters it."""
 
     cycles: NodeMixture
     eevee: NodeMixture
+    walk: Walk | None = None
 
 
 def node_mixtures(fit: "Fit") -> Nodes:
-    """The closure nodes of a fit, of which only `evaluate` is used, and whether it is isotropic."""
-    return Nodes(*_mixtures(fit, CYCLES, EEVEE))
+    """The closure nodes of a fit, of which only `evaluate` is used, whether it is isotropic, and what is below it."""
+    cycles, eevee = _mixtures(fit, CYCLES, EEVEE)
+    return Nodes(cycles, eevee, walk_below(fit))
+
+
+def walk_below(fit: "Fit") -> Walk | None:
+    """The random walk below a fit, None where no light enters it."""
+    below = getattr(fit, "below", None)
+    return None if below is None else below.walk
 
 
 def cycles_mixture(fit: "Fit") -> NodeMixture:
@@ -179,6 +188,7 @@ def cycles_mixture(fit: "Fit") -> NodeMixture:
 
 
 def _mixtures(fit: "Fit", *engines: Engine) -> list[NodeMixture]:
+    fit = getattr(fit, "above", fit)
     turn, stretch = None, 1.0
     if not getattr(fit, "isotropic", True):
         axes = principal(fit)

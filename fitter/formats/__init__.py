@@ -4,7 +4,7 @@ To add a format, write a module that ends with its `Format`, and enter it in `FO
 """
 
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from ..errors import DatasetError, printable
 from ..samples import Samples
 from . import (
     astm,
+    coefficients,
     cornell_mat,
     curet,
     foreign,
@@ -40,8 +41,8 @@ from .text import is_plain, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
-                               utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT,
-                               table.FORMAT, curet.FORMAT)
+                               utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, coefficients.FORMAT,
+                               pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 _WITHOUT_MARK = (pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no measurements
@@ -140,7 +141,11 @@ def _no_sample(path: str | Path, sample: str | int | None) -> None:
 def is_there(path: str | Path) -> bool:
     """Whether there is a file at a path, or it names a published material."""
     name = published.name_in(path)
-    return Path(path).is_file() if name is None else name in published.materials()
+    if name is None:
+        return Path(path).is_file()
+    with suppress(DatasetError):
+        return bool(published.find(name))
+    return False
 
 
 def choices_of(path: str | Path) -> frozenset[str]:

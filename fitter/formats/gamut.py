@@ -28,6 +28,9 @@ def converted(samples: Samples, colours: str) -> Samples:
         values = samples.values @ conversion(DEFAULT, colours).T
         given_away(values)
         samples, notes = replace(samples, values=values, colours=colours), (f"Colours in {colours}",)
+        if (below := samples.subsurface) is not None:
+            albedo = np.clip(conversion(DEFAULT, colours) @ below.albedo, 0, 1)
+            samples = replace(samples, subsurface=replace(below, albedo=albedo))
     notes += _outside(samples)
     return replace(samples, notes=(*samples.notes, *notes)) if notes else samples
 

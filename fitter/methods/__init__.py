@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from ..model.fit import Fit
-from ..samples import Samples, distinct_channels
+from ..samples import Samples, above, distinct_channels
 from . import kameya_lewis, regression_kriging
 from .levels import Levels
 
@@ -26,7 +26,9 @@ def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
     dict
         Options for `fit`, with the same samples and method and any levels; empty where there is nothing to prepare.
     """
-    return {"estimated": regression_kriging.estimate(distinct_channels(samples)[0])} if method == "kriging" else {}
+    if method != "kriging":
+        return {}
+    return {"estimated": regression_kriging.estimate(distinct_channels(above(samples))[0])}
 
 
 def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6, compression: float = 95.0,
@@ -73,10 +75,10 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
     levels = Levels(diffuse_level, specular_level, compression)
     if method not in METHODS:
         raise ValueError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
-    distinct, columns = distinct_channels(samples)
+    distinct, columns = distinct_channels(above(samples))
     try:
         fitted = METHODS[method](distinct, levels, plausible=plausible, **options)
     except MemoryError as error:
         raise ValueError("not enough memory for a fit of these levels: choose lower ones, or a higher "
                          "compression") from error
-    return replace(fitted, channels=samples.channels, columns=columns)
+    return replace(fitted, channels=samples.channels, columns=columns, subsurface=samples.subsurface)

@@ -5,7 +5,7 @@ sparse one, which keeps the same control points for all channels. A transform ma
 paper it is the identity.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from ..lattice import dense, sparse
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from ..samples import HORIZON, ROUNDING
+from ..subsurface import Subsurface
 from . import fit_file
 from .edit import Edit
 from .transform import LogRelative
@@ -50,6 +51,8 @@ class Fit:
         Those of the `Samples`.
     edit : Edit, or None
         What an artist has changed; `evaluate` has the edited reflectance.
+    subsurface : Subsurface, or None
+        What is below the surface that the lattices hold; `evaluate` adds the diffuse surface of its albedo.
 
     Examples
     --------
@@ -76,6 +79,7 @@ class Fit:
     name: str = "untitled"
     source: str = ""
     edit: Edit | None = None
+    subsurface: Subsurface | None = None
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -85,6 +89,18 @@ class Fit:
     def isotropic(self) -> bool:
         """Whether the reflectance stays the same when both directions turn about the normal."""
         return len(self.coordinates.axes) == ISOTROPIC_AXES and (self.transform is None or self.transform.isotropic)
+
+    @property
+    def below(self) -> Subsurface | None:
+        """What is below the surface, as it was edited."""
+        if self.subsurface is None or self.edit is None:
+            return self.subsurface
+        return replace(self.subsurface, albedo=np.clip(self.subsurface.albedo * self.edit.diffuse, 0, 1))
+
+    @property
+    def above(self) -> "Fit":
+        """The surface alone."""
+        return self if self.subsurface is None else replace(self, subsurface=None)
 
     @property
     def diffuse_level(self) -> int:
@@ -138,6 +154,8 @@ class Fit:
             at = [angle[part] for angle in directions]
             values[part] = (self._stored_columns(*at)[:, self.columns] if self.edit is None else
                             self.edit.reflectance(self._stored_columns, self.columns, *at))
+        if self.below is not None:
+            values += self.below.diffuse(directions[0], directions[2])
         values[below] = 0
         return values.reshape(*angles[0].shape, len(self.columns))
 

@@ -8,7 +8,8 @@ its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit i
 `softening` and `stretch`, of half angles `stretch` and `back_stretch`, or of an anisotropic one `along`, `across` and
 `turn`; that of a log-relative one `offset`, `plausible`, `grey` and `lobes`, the kinds of the prior's lobes. An edited
 fit has the entries `edit_diffuse`, `edit_highlight`, `edit_level`, `edit_balance` and `edit_through`, and `edit` in the
-header: width, coat and coat_width.
+header: width, coat and coat_width. Of what has light below its surface the header has `subsurface`: albedo,
+mean_free_path and index.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from .. import files, npz
+from .. import files, npz, subsurface
 from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
 from ..coordinates.rusinkiewicz import LEAST_SOFTENING
 from ..errors import DatasetError
@@ -86,6 +87,8 @@ def to_bytes(fit: Fit) -> bytes:
     if fit.edit is not None:
         header["edit"] = {name: float(getattr(fit.edit, name)) for name in _EDIT_NUMBERS}
         arrays |= {f"edit_{name}": getattr(fit.edit, name) for name in _EDIT}
+    if fit.subsurface is not None:
+        header["subsurface"] = {name: np.asarray(value).tolist() for name, value in vars(fit.subsurface).items()}
     return npz.written({"header": np.array(json.dumps(header)), **arrays})
 
 
@@ -130,6 +133,12 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     diffuse = _array(entries, "diffuse", (*dense.shape(level, axes), stored), np.float32)
     parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": coordinates,
               "transform": _transform(header, entries, stored), "edit": _edit(header, entries, len(columns), stored)}
+    if "subsurface" in header:
+        below = header["subsurface"]
+        albedo, path = (np.array(below[name], dtype=float) for name in ("albedo", "mean_free_path"))
+        _check(albedo.shape == path.shape == (len(RGB),) == (len(channels),), "what is below it has not three channels")
+        subsurface.check(albedo, path, float(below["index"]))
+        parts["subsurface"] = subsurface.Subsurface(albedo, path, float(below["index"]))
     if header["specular_level"] is None:
         return parts
 

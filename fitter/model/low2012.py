@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
+from ..fresnel import fresnel
 from .microfacet import geometry
 
 _LEAST = 1e-9               # the least that is divided by
@@ -82,16 +83,3 @@ class Low2012:
         lobe = fresnel(self.eta, at.cos_d) * shadowing / (np.pi * np.maximum(at.cos_i * at.cos_o, _LEAST))
         lobe /= (1 + self.b * (1 - cos_h)) ** self.c
         return self.kd / np.pi + self.a * lobe[..., None]
-
-
-def fresnel(eta: float, cosine: FloatArray) -> FloatArray:
-    """The unpolarised reflectance of a dielectric of index eta at an angle of incidence of this cosine, (...).
-
-    Examples
-    --------
-    >>> fresnel(1.5, np.array([1.0, 0.0])).round(6).tolist()
-    [0.04, 1.0]
-    """
-    g = np.sqrt(np.maximum(eta ** 2 - 1 + cosine ** 2, 0))
-    ratio = (cosine * (g + cosine) - 1) / (cosine * (g - cosine) + 1)
-    return np.asarray(0.5 * ((g - cosine) / (g + cosine)) ** 2 * (1 + ratio ** 2))

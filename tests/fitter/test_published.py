@@ -43,12 +43,12 @@ def of_merl():
     return [name for name in fitter.list_published() if not published.find(name).is_computed]
 
 
-def test_there_are_100_materials_and_50_metals_each_with_a_label_and_tags():
+def test_there_are_100_materials_50_metals_and_25_translucent_ones_each_with_a_label_and_tags():
     names = fitter.list_published()
-    assert len(names) == 150 == len(set(names))
+    assert len(names) == 175 == len(set(names))
     assert len(of_merl()) == 100
     found = [published.find(name) for name in names]
-    assert len({each.label for each in found}) == 150
+    assert len({each.label for each in found}) == 175
     for each in found:
         assert each.label
         assert each.tags, each.name

@@ -10,7 +10,7 @@ from tools.evidence import ENTRIES
 
 # from low to high; parts of one layer do not import one another
 FITTER = (("arrays", "errors", "interrupts", "shader_constants"),
-          ("colours", "drawing", "files", "least_squares", "npz", "progress"), ("samples",),
+          ("colours", "drawing", "files", "fresnel", "least_squares", "npz", "progress"), ("subsurface",), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published", "studio"), ("methods",),
           ("editing", "lobe", "presets", "tolerance"), ("plane_plot",),
           ("cycles", "formats", "matching", "photographs", "pictures", "variations"),

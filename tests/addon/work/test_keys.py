@@ -10,6 +10,7 @@ import pytest
 
 from fitter.formats.reading import OPTIONS
 from fitter.methods.beyond import Reach
+from fitter.subsurface import Subsurface
 
 DIRECTIONS = "theta_i", "phi_i", "theta_o", "phi_o"
 OF_NO_FIT = "name", "source", "notes", "saturated"      # fields of samples that no fit depends on
@@ -57,6 +58,8 @@ def test_the_digest_of_measurements_names_all_that_a_fit_depends_on(work, sample
                   + [{"values": changed_at(samples.values, faintest, 1 + 1e-5)}, {"values": -samples.values}],
         "channels": [{"channels": ("B", "G", "R")}, {"values": samples.values[:, ::-1]}],
         "colours": {"colours": "ACEScg"}, "isotropic": {"isotropic": False},
+        "subsurface": [{"subsurface": Subsurface(np.array([0.5, 0.4, last]), np.array([1, path, 1]), index)}
+                       for last, path, index in ((0.3, 1, 1.3), (0.301, 1, 1.3), (0.3, 1.01, 1.3), (0.3, 1, 1.4))],
         "deviation": [{"deviation": None}, {"deviation": changed_at(samples.deviation, 3, 1.01)}]}
     assert {*others, *OF_NO_FIT} == {field.name for field in fields(samples)}
     keys = {"as they are": work.tasks.digest(samples)}

@@ -70,6 +70,7 @@ EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt()
             "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode(),
             "FRED's text (.txt)": fred(), "Speos .anisotropicbsdf": speos_files.made().encode(),
             "UTIA .bin": utia_files.pack(utia_files.values_of(instruments.ggx())),
+            "translucent materials .csv": b"name,albedo,path\nWax,.8 .5 .2,2\nSoap,.6,1\n",
             "samples saved by Measured BRDF (.npz)": saved()}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
 

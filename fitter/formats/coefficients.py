@@ -1,0 +1,65 @@
+"""A table of translucent materials, one a row: what they scatter and absorb, or their albedo and mean free path.
+
+Layout: comma-separated, after lines that begin with #; the first row names the columns, of which `name` and those of
+`model.translucent.WORDS` are read. A cell of three numbers, for red, green and blue, has spaces between them ::
+
+    name,scattering,absorption,index,width
+    My marble,2.19 2.62 3.00,0.0021 0.0041 0.0071,1.5,0.1
+
+`data/translucent.csv` is one. What is below the surface is in `Samples.subsurface`.
+"""
+
+import csv
+from pathlib import Path
+
+from ..errors import DatasetError, SampleUnknownError
+from ..published import sample_words
+from ..samples import Samples
+from .format import Format
+
+_PAIRS = {b"scattering", b"absorption"}, {b"albedo", b"path"}
+_LINES = 200                # among which the first row is looked for
+_Row = tuple[int, dict[str, str]]       # its line, and cells by column
+
+
+def recognises(content: bytes) -> bool:
+    """Whether the first row names either pair of columns."""
+    first = next((line for line in content.splitlines()[:_LINES] if line.strip() and line[:1] != b"#"), b"")
+    return any(pair <= {name.strip() for name in first.split(b",")} for pair in _PAIRS)
+
+
+def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
+    """The number and the name of each row."""
+    return [(number, _name(row)) for number, row in enumerate(_rows(path, content), 1)]
+
+
+def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
+    """Read one row, by its number or name, or the first. Raises DatasetError if it describes no material."""
+    rows = _rows(path, content)
+    wanted = str(sample or 1).strip().lower()
+    row = next((row for number, row in enumerate(rows, 1) if wanted in (str(number), _name(row).lower())), None)
+    if row is None:
+        raise SampleUnknownError(f"no sample {wanted!r}, expected a number from 1 to {len(rows)} or a name", path)
+    line, cells = row
+    try:
+        return sample_words(cells, _name(row), str(path))
+    except ValueError as error:
+        raise DatasetError(str(error), path, line) from error
+
+
+def _rows(path: str | Path, content: bytes) -> list[_Row]:
+    lines = [(number, line) for number, line in enumerate(content.decode("utf-8", "replace").splitlines(), 1)
+             if line.strip() and not line.startswith("#")]
+    names, *cells = csv.reader(line for _, line in lines)
+    rows = [(number, {name.strip(): cell for name, cell in zip(names, row, strict=False)})
+            for (number, _), row in zip(lines[1:], cells, strict=False)]
+    if not rows:
+        raise DatasetError("no rows below the names of columns", path)
+    return rows
+
+
+def _name(row: _Row) -> str:
+    return row[1].get("name", "").strip() or f"Line {row[0]}"
+
+
+FORMAT = Format("Translucent", "translucent materials .csv", (".csv",), recognises, read, list_samples=list_samples)
