@@ -220,13 +220,13 @@ def _fit(options: argparse.Namespace) -> bool:
         rows += zip(samples.channels, channel_metrics(samples.values, fitted), strict=True)
     for name, errors in rows:
         say(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
-    judged, doubt = verdict.of(samples, fit), albedo.doubt(samples)
+    judged, doubt = verdict.judge(samples, fit), albedo.doubt(samples)
     line = verdict.line(judged)
     doubts = [doubt] if doubt else []
-    return _told([line, *doubts], [line, *doubts] if verdict.at_samples(judged).is_bad else doubts, "  ")
+    return _print_messages([line, *doubts], [line, *doubts] if verdict.at_samples(judged).is_bad else doubts, "  ")
 
 
-def _told(lines: Sequence[str], doubts: Sequence[str], indent: str = "") -> bool:
+def _print_messages(lines: Sequence[str], doubts: Sequence[str], indent: str = "") -> bool:
     """Print lines, those that are doubts with a mark, as `info` does: whether none is."""
     for line in lines:
         say(f"{indent}{line}{'  (!)' if line in doubts else ''}")
@@ -245,8 +245,8 @@ def _photographs(options: argparse.Namespace) -> bool:
     saved_samples.write(samples, options.out)
     others = left_out(photographs)
     say(samples.name)
-    is_good = _told([*samples.notes, *([others.words] if others else []), *advice(samples)],
-                    [*doubts, *([others.words] if others and others.is_bad else [])], "  ")
+    is_good = _print_messages([*samples.notes, *([others.words] if others else []), *advice(samples)],
+                              [*doubts, *([others.words] if others and others.is_bad else [])], "  ")
     say(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
     return is_good
 
@@ -267,7 +267,7 @@ def _flat(options: argparse.Namespace) -> bool:
         lines.append("The tile has {} x {} texels and is {:.4g} x {:.4g} m large".format(
             width, height, *(maps.corners[2] - maps.corners[0])))
     written = flat_maps.write(maps, lines, options.out)
-    is_good = _told(lines, doubts)
+    is_good = _print_messages(lines, doubts)
     say(f"{options.out}: {', '.join(written)}")
     return is_good
 

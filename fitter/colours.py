@@ -44,10 +44,10 @@ def to_xyz(name: str) -> FloatArray:
     >>> to_xyz("Rec.709").round(4).tolist()
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     """
-    return of_primaries(*_SPACES[name])
+    return matrix_from_primaries(*_SPACES[name])
 
 
-def of_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity) -> FloatArray:
+def matrix_from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity) -> FloatArray:
     """The matrix to CIE XYZ from the space of red, green and blue with these chromaticities, Y of white 1: (3, 3)."""
     columns = np.stack([_xyz(primary) for primary in primaries], axis=1)
     return np.asarray(columns * np.linalg.solve(columns, _xyz(white)))
@@ -62,7 +62,7 @@ def from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, tar
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
     whites = _xyz(white), _xyz(_SPACES[target][1])
-    matrix = np.linalg.solve(to_xyz(target), adaptation(*whites) @ of_primaries(primaries, white))
+    matrix = np.linalg.solve(to_xyz(target), adaptation(*whites) @ matrix_from_primaries(primaries, white))
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 

@@ -68,7 +68,7 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
     >>> float(np.linalg.norm(lobe.vertices, axis=1).round(6).min()), lobe.normals[0].round(6).tolist()
     (0.3, [0.0, 0.0, 1.0])
     """
-    theta = _about(theta_i, np.pi / 2, rows)
+    theta = _positions_denser_near(theta_i, np.pi / 2, rows)
     # a step in azimuth is short near the normal
     quarter = _growing(np.pi / 2, columns // 4, min(_FINEST / max(np.sin(theta_i), 1e-9), np.pi))
     half = np.concatenate([quarter, np.pi - quarter[-2::-1]])
@@ -97,7 +97,7 @@ def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple
     values : (k, channels) float64
         1/sr.
     """
-    side = _about(theta_i, np.pi / 2, _ON_ONE_SIDE)
+    side = _positions_denser_near(theta_i, np.pi / 2, _ON_ONE_SIDE)
     theta = np.concatenate([-side[:0:-1], side])
     return theta, at_angle(model, theta_i, phi_i, theta)
 
@@ -108,7 +108,7 @@ def at_angle(model: Reflectance, theta_i: float, phi_i: float, theta: FloatArray
                           phi_i + np.where(theta < 0, 0, np.pi))
 
 
-def _about(center: float, end: float, count: int) -> FloatArray:
+def _positions_denser_near(center: float, end: float, count: int) -> FloatArray:
     """Positions from 0 to end, (count + 1,), closer together near a center, which is among them."""
     fine_below, fine_above = np.arcsinh(np.array([center, end - center]) / _FINEST)
     share = _EVEN * center / end + (1 - _EVEN) * fine_below / (fine_below + fine_above)

@@ -102,7 +102,7 @@ def nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str,
     """
     if window not in ("", *WINDOWS):
         raise DatasetError(f"a window {window!r}, expected one of {', '.join(WINDOWS)}")
-    normal, values = _of_ball(picture)
+    normal, values = _ball_pixels(picture)
     if not _has_outline(picture):
         raise DatasetError("none is near: no outline of a ball is in this picture, expected one that touches the edges "
                            "of its middle square")
@@ -151,7 +151,7 @@ def _two(first: FloatArray, second: FloatArray, target: FloatArray) -> tuple[Flo
     return np.asarray(found[best], float), errors[best]
 
 
-def _of_ball(picture: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _ball_pixels(picture: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Normals of a ball that fills a picture, (n, 3), and what is seen there, (n, 3)."""
     if picture.ndim != 3 or picture.shape[2] != 3 or min(picture.shape[:2]) < FEWEST_PIXELS:
         raise DatasetError(f"a picture of the shape {picture.shape}, expected three channels and at least "
@@ -204,7 +204,7 @@ def _sky(name: str) -> studio.Sky:
     return partial(studio.window, toward=WINDOWS[name], width=_HALF, tall=_HALF)
 
 
-def told(window: str, matches: Sequence[Match]) -> list[str]:
+def match_lines(window: str, matches: Sequence[Match]) -> list[str]:
     """Matches as lines of text."""
     return [f"Light from the {window}" if window in ("left", "right") else f"Light from {window}",
             *(f"{each.material.label}: difference {each.error:.0%}, {each.adjusted:.0%} as it is adjusted"

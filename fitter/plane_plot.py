@@ -175,7 +175,7 @@ def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
     `largest`."""
     circles: list[tuple[float, float]] = []
     for ring in _RINGS:
-        value = _of_one_digit(largest * (ring ** 3 if radius == "cube root" else ring))
+        value = _round_down_to_digit(largest * (ring ** 3 if radius == "cube root" else ring))
         length = float(lengths(np.array(value), largest, radius))
         if not circles or length < circles[-1][1] - _APART:
             circles.append((value, length))
@@ -190,7 +190,7 @@ def shown_value(value: float) -> str:
     return f"{round(value, digits):.10f}".rstrip("0").rstrip(".") if digits < 8 else f"{value:.1e}"
 
 
-def _of_one_digit(value: float) -> float:
+def _round_down_to_digit(value: float) -> float:
     """The largest number of one digit that is not above a value."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * max(math.floor(value / power + 1e-9), 1)

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .arrays import Directions, FloatArray, selected
-from .coordinates.rusinkiewicz import of_half_and_difference
+from .coordinates.rusinkiewicz import half_to_directions
 from .errors import DatasetError
 from .model import is_isotropic
 from .model.conductor import Conductor
@@ -281,7 +281,7 @@ def directions(model: Low2012 | Conductor | Translucent) -> Directions:
     distinct = ~at_normal | (phi_d == HORIZON) if is_isotropic(model) else ~at_normal | (phi_h == 0)
     distinct &= (theta_d > 0) | (phi_d == 0)        # and there both directions are one
     theta_h, theta_d, phi_d, phi_h = (each[distinct] for each in (theta_h, theta_d, phi_d, phi_h))
-    theta_i, phi_i, theta_o, phi_o = of_half_and_difference(
+    theta_i, phi_i, theta_o, phi_o = half_to_directions(
         theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d))
     return selected((theta_i, phi_i + phi_h, theta_o, phi_o + phi_h), np.maximum(theta_i, theta_o) < grazing + 1e-9)
 

@@ -174,7 +174,7 @@ def material_for(fit, nodes=None):
     from measured_brdf.fitter.cycles.bake import bake
 
     material, group, surface = blank_material("Measured", "ShaderNodeGroup")
-    group.node_tree = (node_group.of(fit) if nodes is None
+    group.node_tree = (node_group.make(fit) if nodes is None
                        else node_group.create(compile_shader(bake(fit, mixture=nodes.cycles), nodes)))
     material.node_tree.links.new(group.outputs["BSDF"], surface)
     return material

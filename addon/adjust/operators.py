@@ -84,7 +84,7 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         """The sliders that a variation has, or those of what was measured."""
         if self.variation == _NONE:
             return {}
-        kept = not_none(queries.kept(target))
+        kept = not_none(queries.embedded_fit(target))
         return adjustments.values_of(variation(self.variation.lower(), tasks.kept_fit(kept)))
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
@@ -94,7 +94,7 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         self._values = self._chosen(target) if self.reset or self.variation != _NONE else None
         self._edit = (adjustments.edit_arguments(target) if self._values is None else
                       adjustments.arguments_of(SimpleNamespace(**self._values)) if self._values else {})
-        return process.Calculation(partial(tasks.adjusted, not_none(queries.kept(target)), self._edit))
+        return process.Calculation(partial(tasks.adjusted, not_none(queries.embedded_fit(target)), self._edit))
 
     def prepare(self, surface: Surface) -> Steps:
         yield 0.95, "Compiling"

@@ -9,14 +9,14 @@ from ..core.annotations import not_none
 from ..panel.layout import MaterialPanel, choices, is_narrow, name_beside_value
 from . import flakes
 from .operators import VARIATIONS, MEASUREDBRDF_OT_adjust
-from .settings import edit_arguments, of
+from .settings import edit_arguments, get
 
 _TEXTURED = "Tint", "Strength", "Normal"        # inputs of the node
 
 
 def draw(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     """Draw the adjustments of a material."""
-    settings = of(material)
+    settings = get(material)
     name_beside_value(layout)
     layout.enabled = material.is_editable
     buttons = choices(layout, [label for _, label, _ in VARIATIONS[1:]])

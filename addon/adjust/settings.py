@@ -53,14 +53,14 @@ class MeasuredAdjustments(bpy.types.PropertyGroup):
         description="Roughness of the varnish, as a Principled BSDF has it")
 
 
-def of(material: bpy.types.Material) -> Any:
+def get(material: bpy.types.Material) -> Any:
     """The `MeasuredAdjustments` of a material."""
     return material.measured_brdf_adjustments
 
 
 def edit_arguments(material: bpy.types.Material) -> Arguments:
     """The keyword arguments of `fitter.edited` that adjustments ask for; empty if nothing is adjusted."""
-    return arguments_of(of(material))
+    return arguments_of(get(material))
 
 
 def arguments_of(settings: Any) -> Arguments:
@@ -87,9 +87,9 @@ def move(material: bpy.types.Material, values: dict[str, Any]) -> None:
     """Take all adjustments back but these, by name."""
     for name in ADJUSTMENTS:
         if name in values:
-            setattr(of(material), name, values[name])
+            setattr(get(material), name, values[name])
         else:
-            of(material).property_unset(name)
+            get(material).property_unset(name)
 
 
 def values_of(edit: Arguments) -> dict[str, Any]:

@@ -96,7 +96,7 @@ def _shown(material: bpy.types.Material | None, node: bpy.types.Node, found: exp
 
 def _reflectance(material: bpy.types.Material) -> Reflectance:
     """The fit that a material keeps. ValueError if it has none."""
-    kept = queries.kept(material)
+    kept = queries.embedded_fit(material)
     if kept is None:
         raise ValueError(f"{material.name} has no fit: Refit it")
     return _Converted(tasks.kept_fit(kept), kept.colours)

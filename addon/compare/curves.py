@@ -61,7 +61,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
 def _draw_choice(layout: bpy.types.UILayout, scene: bpy.types.Scene,
                  material: bpy.types.Material) -> bpy.types.Material | None:
     """Draw what the material is compared with, and return it."""
-    chosen, other = comparison.of(scene), comparison.pinned(scene, material)
+    chosen, other = comparison.get(scene), comparison.pinned(scene, material)
     row = layout.row(align=True)
     row.prop(chosen, "pinned")
     row.operator(MEASUREDBRDF_OT_pin.bl_idname, text="", icon="PINNED")
@@ -73,9 +73,9 @@ def _draw_choice(layout: bpy.types.UILayout, scene: bpy.types.Scene,
 def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material,
                    other: bpy.types.Material | None) -> None:
     """Draw the sphere and the plane of incidence, and of an anisotropic fit the plane as it turns."""
-    settings, chosen = material.measured_brdf, comparison.of(not_none(context.scene))
+    settings, chosen = material.measured_brdf, comparison.get(not_none(context.scene))
     data = queries.data(material).result if settings.filepath else None
-    kept = queries.shown(material) if materials.is_measured(material) or not settings.filepath else None
+    kept = queries.shown_fits(material) if materials.is_measured(material) or not settings.filepath else None
     # the fit in the shader, which needs no measurements, unless the settings have been changed since
     is_kept = kept is not None and (data is None or is_as_fitted(settings, data.digest))
     if data is None and not is_kept:
@@ -85,7 +85,7 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     anisotropic = (shown.data.description.rotations is not None if isinstance(shown, Wanted) else
                    materials.tangent_input(material) is not None)
     reaches = () if isinstance(shown, Wanted) else queries.reaches(material)
-    second = None if other is None else _kept(other)
+    second = None if other is None else _embedded_fit(other)
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True, align=True)
     scale = picture_scale(context, columns)
@@ -166,7 +166,7 @@ def _draw_numbers(layout: bpy.types.UILayout, columns: list[dict[str, str]]) -> 
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:
     """The numbers of a material as text, by name, as far as they are known."""
-    settings, shown = material.measured_brdf, _kept(material)
+    settings, shown = material.measured_brdf, _embedded_fit(material)
     figures: Job[comparisons.Figures] = queue.ask(("figures", shown.digest), partial(comparisons.figures, shown))
     parts = [part.measured_brdf for part in materials.measured_parts(material)]
     error = f"{rendered.in_scene(material, scene).error:.1%}"
@@ -181,8 +181,8 @@ def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, 
             "Highlight Error": error}
 
 
-def _kept(material: bpy.types.Material) -> Kept | KeptMix:
-    return cast(Kept | KeptMix, queries.shown(material))
+def _embedded_fit(material: bpy.types.Material) -> Kept | KeptMix:
+    return cast(Kept | KeptMix, queries.shown_fits(material))
 
 
 def _worst(errors: list[float], limits: tuple[float, ...]) -> str:

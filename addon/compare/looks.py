@@ -32,7 +32,7 @@ _numbers = count()
 
 def key(scene: bpy.types.Scene, material: bpy.types.Material) -> Key:
     """What a render of a material shows with the present choices of a scene."""
-    chosen = comparison.of(scene)
+    chosen = comparison.get(scene)
     return Key(material.session_uid, chosen.shape or look.BALL, chosen.lighting or look.STUDIO)  # empty where damaged
 
 
@@ -41,7 +41,7 @@ def store(rendered: Key, picture: SingleArray) -> None:
     _renders[rendered] = Render(picture, next(_numbers))
 
 
-def known(rendered: Key) -> Render | None:
+def cached_render(rendered: Key) -> Render | None:
     """The last render, if it is kept."""
     return _renders.get(rendered)
 

@@ -44,7 +44,7 @@ class MEASUREDBRDF_OT_pin(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         target = not_none(active_material(context))
-        comparison.of(not_none(context.scene)).pinned = target
+        comparison.get(not_none(context.scene)).pinned = target
         self.report({"INFO"}, f"Choose another material to compare it with {target.name}")
         return {"FINISHED"}
 

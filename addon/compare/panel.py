@@ -28,12 +28,12 @@ class MEASUREDBRDF_PT_look(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, scene, material = not_none(self.layout), not_none(context.scene), not_none(context.material)
-        chosen = comparison.of(scene)
+        chosen = comparison.get(scene)
         layout.row().prop(chosen, "shape", expand=True)
         layout.row().prop(chosen, "lighting", expand=True)
         other = comparison.pinned(scene, material)
         wanted = [material] if other is None else [material, other]
-        renders = [render for each in wanted if (render := looks.known(looks.key(scene, each))) is not None]
+        renders = [render for each in wanted if (render := looks.cached_render(looks.key(scene, each))) is not None]
         layout.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",
                         icon="RENDER_STILL")
         if len(renders) < len(wanted):

@@ -54,8 +54,8 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
         if data is None:
             return
         # questions are answered in the order in which they are asked
-        kept = queries.of_material(material)
-        shown = {name: _shown(material, data, kept, name) for name in _CHEAPEST_FIRST}
+        kept = queries.fit_job(material)
+        shown = {name: _describe_preset(material, data, kept, name) for name in _CHEAPEST_FIRST}
         columns = 1 if is_narrow(_ABREAST) else 3
         grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
         can_choose = (material.is_editable and material.override_library is None
@@ -66,7 +66,7 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
             layout.label(text=line)
 
 
-def _shown(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _Shown:
+def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _Shown:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
         return _Shown(0, kept, costs.UNKNOWN, False)

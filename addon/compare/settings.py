@@ -30,14 +30,14 @@ class MeasuredComparison(bpy.types.PropertyGroup):
     lighting: EnumProperty(name="Light", items=LIGHTINGS, default=STUDIO, description="The light that it is seen in")
 
 
-def of(scene: bpy.types.Scene) -> Any:
+def get(scene: bpy.types.Scene) -> Any:
     """The `MeasuredComparison` of a scene."""
     return scene.measured_brdf_comparison
 
 
 def pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types.Material | None:
     """The material with which another is compared in a scene; None if there is none, or it is the same."""
-    other: bpy.types.Material | None = of(scene).pinned
+    other: bpy.types.Material | None = get(scene).pinned
     return None if other is None or other == material or not materials.is_shown(other) else other
 
 

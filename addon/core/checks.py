@@ -173,7 +173,7 @@ def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
                               lambda material=material: tangents.take_from_uv(material))
             else:
                 yield Finding(key, f"{message}. Connect a Tangent node in the file that {material.name} belongs to")
-        elif node is not None and _of_missing_uv(node, item.data):
+        elif node is not None and _lacks_uv_map(node, item.data):
             message = (f"The tangent of {material.name} is that of a UV map that {item.name} does not have, or that "
                        "has no area")
             if material.is_editable:
@@ -183,5 +183,5 @@ def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
                 yield Finding(key, f"{message}. Unwrap it")
 
 
-def _of_missing_uv(node: bpy.types.Node, mesh: bpy.types.Mesh) -> bool:
+def _lacks_uv_map(node: bpy.types.Node, mesh: bpy.types.Mesh) -> bool:
     return (node.type == "TANGENT" and node.direction_type == "UV_MAP" and not tangents.has_uv(mesh, node.uv_map))

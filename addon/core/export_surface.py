@@ -51,12 +51,12 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
     The material must have outputs for Cycles and for EEVEE. One for all renderers that the user has made stays as it
     is, and is what is exported.
     """
-    albedo = shown(surface, surface.albedo)
+    albedo = scene_color(surface, surface.albedo)
     material.diffuse_color, material.roughness = (*albedo, 1), surface.principled.roughness
     material.metallic = 0           # the Solid viewport has next to nothing for metals to reflect
     export = _made(not_none(material.node_tree))
     if export is not None:
-        fitted = inputs(surface.principled, lambda color: shown(surface, color))
+        fitted = inputs(surface.principled, lambda color: scene_color(surface, color))
         export[_SHOWN] = {**_written(export), _ALBEDO: tuple(albedo)}
         export[_FITTED] = {**fitted, _ALBEDO: tuple(albedo)}
         follow(material, node)
@@ -177,7 +177,7 @@ def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict
             "Coat Weight": close.coat_weight, "Coat Roughness": close.coat_roughness}
 
 
-def shown(surface: Surface, color: FloatArray) -> FloatArray:
+def scene_color(surface: Surface, color: FloatArray) -> FloatArray:
     """A colour of a surface, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
     return np.clip(conversion(surface.colours, scene_colours() or DEFAULT) @ color, 0, 1)
 

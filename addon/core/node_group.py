@@ -109,7 +109,7 @@ def _errors(nodes: Nodes) -> dict[str, float]:
             EEVEE_WORST: nodes.eevee.worst}
 
 
-def of(fit: Fit) -> bpy.types.NodeTree:
+def make(fit: Fit) -> bpy.types.NodeTree:
     """Make a node group that renders a fit. Raises as `create` does."""
     nodes = node_mixtures(fit)
     return create(compile_shader(bake(fit, mixture=nodes.cycles), nodes, fit.to_bytes()))

@@ -55,15 +55,15 @@ def forget(path: str) -> str:
     return path if not path or name_in(path) is not None else _BLEND + re.split(r"[/\\]", path)[-1]
 
 
-def kept() -> Iterator[Place]:
+def stored_paths() -> Iterator[Place]:
     """The paths that the open file keeps, and may change."""
     for material in bpy.data.materials:
-        yield from _of(material)
+        yield from _paths_of_item(material)
     for scene in bpy.data.scenes:
-        yield from _of(scene)
+        yield from _paths_of_item(scene)
 
 
-def _of(item: bpy.types.ID) -> Iterator[Place]:
+def _paths_of_item(item: bpy.types.ID) -> Iterator[Place]:
     if isinstance(item, bpy.types.Material) and can_change(item):
         yield item.measured_brdf, "filepath"
     if isinstance(item, bpy.types.Scene) and item.is_editable and item.override_library is None:
@@ -80,7 +80,7 @@ def _whole(path: str, at: str) -> str:
 
 def _move(before: str, after: str) -> None:
     """Have the paths of the open file, which lay at `before`, be those of one at `after`; empty: of one nowhere."""
-    for owner, name in kept():
+    for owner, name in stored_paths():
         if isinstance(owner, bpy.types.Image):
             continue
         path = getattr(owner, name)
@@ -112,7 +112,7 @@ def _after_import(context: Any) -> None:
     for imported in context.import_items:
         if imported.id is None or imported.source_library is None:
             continue
-        for owner, name in _of(imported.id):
+        for owner, name in _paths_of_item(imported.id):
             path = getattr(owner, name)
             whole = _whole(path, bpy.path.abspath(imported.source_library.filepath))
             if path.startswith(_BLEND) and is_there(whole):

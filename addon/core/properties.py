@@ -217,7 +217,7 @@ class Worth(NamedTuple):
         return "WARNING" if self.is_bad else "INFO"
 
 
-def worth(settings: Any) -> Worth:
+def quality_summary(settings: Any) -> Worth:
     """What the fit of a material is worth; empty where it was not judged."""
     name = published.name_in(settings.filepath)
     if name is not None:

@@ -10,7 +10,7 @@ from ..core import material as materials
 from ..core import node_group
 from ..core.annotations import not_none
 from ..core.outcomes import Data
-from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, worth
+from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, quality_summary
 from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_value, wrapped
 from ..work import queries
 from . import fit
@@ -58,7 +58,7 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), not_none(context.material)
-        if (judged := worth(material.measured_brdf)).whole:
+        if (judged := quality_summary(material.measured_brdf)).whole:
             draw_wrapped(layout, judged.whole, judged.icon)
         column = layout.column(align=True)
         for name, value in rows(material):

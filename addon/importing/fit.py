@@ -15,7 +15,7 @@ from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
 from ..core.edits import edit_arguments
 from ..core.outcomes import Outcome
-from ..core.properties import CHOICES, PRESET_ITEMS, fit_arguments, use_preset, worth
+from ..core.properties import CHOICES, PRESET_ITEMS, fit_arguments, quality_summary, use_preset
 from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
 from ..work import process, tasks
@@ -98,7 +98,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
         how = rendered.advice(target, not_none(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
-        judged = worth(target.measured_brdf)
+        judged = quality_summary(target.measured_brdf)
         told = judged.whole
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
             told = f"the measurements differ from those of the previous fit. {told}"

@@ -17,7 +17,7 @@ names stay, by which Find Missing Measurements finds them again, and so do the f
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        known = [(owner, name, getattr(owner, name)) for owner, name in paths.kept()]
+        known = [(owner, name, getattr(owner, name)) for owner, name in paths.stored_paths()]
         changed = [(owner, name, forgotten) for owner, name, path in known if (forgotten := paths.forget(path)) != path]
         for owner, name, forgotten in changed:
             setattr(owner, name, _LONG)         # else Blender saves the end of what was longer behind what is shorter

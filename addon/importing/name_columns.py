@@ -81,7 +81,7 @@ class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
             layout.prop(self, name)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        self.columns = said(self.table)
+        self.columns = stated_columns(self.table)
         with errors_reported(self):
             if not self.for_material:
                 bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **choices_and_target(self))
@@ -118,7 +118,7 @@ def _meaning(name: str) -> str:
     return _SKIP if value is None else _NAMED
 
 
-def said(table: Any) -> str:
+def stated_columns(table: Any) -> str:
     """What users have said, as the option `columns` of reading."""
     words = []
     for item in table:

@@ -113,7 +113,7 @@ class Session:
         material, inspection = self.material(), self.inspection
         if material is None:
             return
-        job = queries.of_material(material, inspection.spot.masked)
+        job = queries.fit_job(material, inspection.spot.masked)
         if job is not None and job.error is not None:
             self._waiting = str(job.error)
         changed = inspection.show(_shown(material, job, inspection.spot.masked))
@@ -179,7 +179,7 @@ def stop() -> None:
 def _shown(material: bpy.types.Material, job: Job[Reflectance] | None, masked: float | None) -> Shown | None:
     if job is None or job.result is None:
         return None
-    space, node = not_none(queries.shown(material)).colours, materials.mix_node(material)
+    space, node = not_none(queries.shown_fits(material)).colours, materials.mix_node(material)
     note = ""
     if isinstance(job.result, Mix) and mixing.mixes.parts(not_none(node))[2] is None:
         note = "mask: half of each" if masked is None else f"mask here: {masked:.0%}"

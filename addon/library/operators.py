@@ -158,7 +158,7 @@ in other files"""
 def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
     """The lit sphere of the fit in a material's shader; None if that is damaged, so that Blender renders a preview."""
     try:
-        return tasks.lit_sphere(cast(Shown, queries.shown(target)), None)
+        return tasks.lit_sphere(cast(Shown, queries.shown_fits(target)), None)
     except ValueError:
         return None
 

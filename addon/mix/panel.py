@@ -36,7 +36,7 @@ what is changed of them"""
 def _draw_layer(layout: bpy.types.UILayout, layer: mix_group.Layer) -> None:
     """Draw a picture, a name and a share, and what can be changed of the layer's material."""
     row, material = layout.split(factor=_PICTURE), layer.material
-    if material is not None and queries.shown(material) is not None:
+    if material is not None and queries.shown_fits(material) is not None:
         row.template_icon(icon_value=queries.material_sphere(material)[0], scale=_SCALE)
     else:
         row.label(text="")

@@ -13,7 +13,7 @@ from ..core import material as materials
 from ..core.active_material import active_material, can_change
 from ..core.annotations import not_none
 from ..core.edits import edit_arguments
-from ..core.properties import label_of_fit, worth
+from ..core.properties import label_of_fit, quality_summary
 from ..work import modal, queries
 from . import rendering
 from .layout import MaterialPanel, draw_picture, draw_wrapped, has_data, name_beside_value, picture_scale
@@ -104,7 +104,7 @@ def draw_running(row: bpy.types.UILayout) -> bool:
 
 def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     settings = material.measured_brdf
-    if queries.shown(material) is not None:
+    if queries.shown_fits(material) is not None:
         draw_picture(layout, *queries.material_sphere(material), picture_scale(context, 1))
     column = layout.column(align=True)
     name = f"{material.name}: Mix"
@@ -112,7 +112,7 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         adjusted = ", adjusted" if edit_arguments(material) else ""
         name = f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}"
     draw_wrapped(column, name, "MATERIAL")
-    if (value := worth(settings)).line:
+    if (value := quality_summary(settings)).line:
         draw_wrapped(column, value.line, value.icon)
     rendering.draw_words(column, context, material)
 

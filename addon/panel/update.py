@@ -29,7 +29,7 @@ The fits do not change, and the measurements are not needed"""
         for item in outdated:           # copies of a material, and materials of one fit, share a shader
             tree = not_none(material.group_node(item)).node_tree
             if tree.session_uid not in fits:
-                fits[tree.session_uid] = not_none(queries.kept(item)), []
+                fits[tree.session_uid] = not_none(queries.embedded_fit(item)), []
             fits[tree.session_uid][1].append(item.session_uid)
         self._users = [users for _, users in fits.values()]
         return process.Calculation(partial(tasks.rebake, [kept for kept, _ in fits.values()]))

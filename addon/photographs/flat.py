@@ -65,7 +65,7 @@ masks and a normal map"""
         chosen = [bpy.data.materials.get(name) for name in names]
         kept: list[Kept] = []
         for name, each in zip(names, chosen, strict=True):
-            fit = None if each is None else queries.kept(each)
+            fit = None if each is None else queries.embedded_fit(each)
             if fit is None:
                 raise ValueError(f"{name!r} is not a measured material of this file, or it is a mix")
             kept.append(fit._replace(name=name))

@@ -15,7 +15,7 @@ from ...fitter.files import replacing
 from ...fitter.photographs.setup import Resolved
 from ..core import compiler, material, osl_support, targets
 from ..core.annotations import not_none
-from ..core.properties import default_choices, fit_arguments, use_preset, worth
+from ..core.properties import default_choices, fit_arguments, quality_summary, use_preset
 from ..core.reading import load_arguments, scene_colours
 from ..core.transaction import by_session_uid
 from ..work import process
@@ -34,7 +34,7 @@ class HasPhotographs(InBackground):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.scene is None or not photographs.of(context.scene).photographs:
+        if context.scene is None or not photographs.get(context.scene).photographs:
             cls.poll_message_set("This scene has no photographs of a ball")
             return False
         return bool(context.scene.is_editable)
@@ -48,7 +48,7 @@ class HasPhotographs(InBackground):
     def scene(self) -> bpy.types.Scene:
         """The scene that was remembered. ValueError if it, or its ball, has been removed meanwhile."""
         scene = by_session_uid(bpy.data.scenes, self._scene)
-        if scene is None or photographs.of(scene).ball is None:
+        if scene is None or photographs.get(scene).ball is None:
             raise ValueError("The scene of the photographs has been removed meanwhile")
         return scene
 
@@ -96,7 +96,7 @@ their folder, or a description (.toml, .lp)"""
             self._add(described)
             return
         made = stage.make(described)
-        count = len(photographs.of(made).photographs)
+        count = len(photographs.get(made).photographs)
         self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
         # last, because it is not taken back on an error
         if context.window is not None:
@@ -106,11 +106,11 @@ their folder, or a description (.toml, .lp)"""
 
     def _add(self, described: Resolved) -> None:
         scene = by_session_uid(bpy.data.scenes, self._scene)
-        known = [] if scene is None else list(photographs.lamps(photographs.of(scene)))
+        known = [] if scene is None else list(photographs.lamps(photographs.get(scene)))
         if scene is None or not known:
             raise ValueError("This scene has no photographs of a ball")
         stage.add(scene, described.description["photograph"], known[0].data)
-        photographs.of(scene).active = len(photographs.of(scene).photographs) - 1
+        photographs.get(scene).active = len(photographs.get(scene).photographs) - 1
 
 
 def _look_through(context: bpy.types.Context) -> None:
@@ -134,7 +134,7 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
         return process.Calculation(partial(measuring.outline, stage.description_of(scene, whole=False), scene.name))
 
     def apply(self, _context: bpy.types.Context, centre: list[float]) -> None:
-        photographs.of(self.scene()).ball.location = centre
+        photographs.get(self.scene()).ball.location = centre
         self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*centre))
 
 
@@ -153,7 +153,7 @@ class MEASUREDBRDF_OT_place_lamp(AsksForPath, HasPhotographs, bpy.types.Operator
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        settings = photographs.of(scene)
+        settings = photographs.get(scene)
         shot = photographs.active(settings)
         description = stage.description_of(scene, [shot], whole=False)
         self._lamp = shot.lamp.session_uid
@@ -177,7 +177,7 @@ them"""
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        settings = photographs.of(scene)
+        settings = photographs.get(scene)
         self._choices = default_choices(settings.samples)
         use_preset(self._choices, settings.preset or "Standard")
         path = Path(bpy.path.abspath(settings.samples))
@@ -195,7 +195,7 @@ them"""
     def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Result, compiler.Shader]) -> None:
         (outcome, content, centre, intensity, told, doubts), shader = prepared
         scene = self.scene()
-        settings = photographs.of(scene)
+        settings = photographs.get(scene)
         ball, energy, colour = settings.ball, *_light(intensity)
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
         with replacing(outcome.measured.path) as stream:
@@ -214,7 +214,7 @@ them"""
         settings.told, settings.doubts = "\n".join(told), "\n".join(doubts)
         for line in doubts:
             self.report({"WARNING"}, line)
-        self.report({"INFO"}, f"{made.name}: {worth(made.measured_brdf).line}")
+        self.report({"INFO"}, f"{made.name}: {quality_summary(made.measured_brdf).line}")
 
 
 def _light(intensity: FloatArray) -> tuple[float, FloatArray]:
@@ -232,7 +232,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        shot = photographs.active(photographs.of(scene))
+        shot = photographs.active(photographs.get(scene))
         description = stage.description_of(scene, [shot], whole=False)
         self._lamp, self._folder = shot.lamp.session_uid, process.temporary()
         comparison.write_request(Path(self._folder.name), scene, description)
@@ -245,7 +245,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         yield
 
     def apply(self, _context: bpy.types.Context, pair: comparison.Compared) -> None:
-        settings = photographs.of(self.scene())
+        settings = photographs.get(self.scene())
         shot = next((each for each in settings.photographs
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
         if shot is None:

@@ -53,7 +53,7 @@ class _Sidebar:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(photographs.of(not_none(context.scene)).photographs)
+        return bool(photographs.get(not_none(context.scene)).photographs)
 
 
 class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
@@ -62,7 +62,7 @@ class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
     bl_label = "Measure Photographs"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = _layout(self), photographs.of(not_none(context.scene))
+        layout, settings = _layout(self), photographs.get(not_none(context.scene))
         row = layout.row()
         row.template_list(MEASUREDBRDF_UL_photographs.__name__, "", settings, "photographs", settings, "active",
                           rows=_ROWS)
@@ -110,7 +110,7 @@ class MEASUREDBRDF_PT_photographs_stage(_Sidebar, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = _layout(self), photographs.of(not_none(context.scene))
+        layout, settings = _layout(self), photographs.get(not_none(context.scene))
         if settings.camera is not None:
             layout.prop(settings.camera, "location", text="Camera")
             column = layout.column(align=True)
@@ -133,7 +133,7 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
     bl_parent_id = "MEASUREDBRDF_PT_photographs"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = _layout(self), photographs.of(not_none(context.scene))
+        layout, settings = _layout(self), photographs.get(not_none(context.scene))
         layout.prop(settings, "scale", text="By")
         fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), BALL: ("known", "known_albedo", "known_lamp"),
                   CARD: ("known", "known_albedo", "known_lamp", "normal")}[settings.scale or GUESS]
@@ -158,10 +158,10 @@ class MEASUREDBRDF_PT_photographs_coverage(_Sidebar, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(photographs.of(not_none(context.scene)).told)
+        return bool(photographs.get(not_none(context.scene)).told)
 
     def draw(self, context: bpy.types.Context) -> None:
-        settings = photographs.of(not_none(context.scene))
+        settings = photographs.get(not_none(context.scene))
         doubts = settings.doubts.splitlines()
         for line in settings.told.splitlines():
             draw_wrapped(not_none(self.layout), line, "ERROR" if line in doubts else "DOT")
@@ -174,7 +174,7 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
     bl_parent_id = "MEASUREDBRDF_PT_photographs"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, shot = _layout(self), photographs.active(photographs.of(not_none(context.scene)))
+        layout, shot = _layout(self), photographs.active(photographs.get(not_none(context.scene)))
         layout.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
         if shot.comparison is None:
             return

@@ -124,7 +124,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     doubts: StringProperty(name="What Is Wrong")        # those of them that say so
 
 
-def of(scene: bpy.types.Scene) -> Any:
+def get(scene: bpy.types.Scene) -> Any:
     """The `MeasuredPhotographs` of a scene."""
     return scene.measured_brdf_photographs
 
@@ -147,7 +147,7 @@ def lamps(settings: Any) -> Iterator[bpy.types.Object]:
 
 def places(scene: bpy.types.Scene) -> Iterator[Place]:
     """Where the files of a scene's photographs are told."""
-    settings = of(scene)
+    settings = get(scene)
     yield from ((settings, name) for name in ("dark", "flat", "mask", "known", "samples"))
     for each in settings.photographs:
         yield from ((file, "filepath") for file in each.files)

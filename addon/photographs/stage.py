@@ -42,7 +42,7 @@ def make(resolved: Resolved) -> bpy.types.Scene:
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
     scene.view_settings.view_transform = "Standard"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
-    settings = photographs.of(scene)
+    settings = photographs.get(scene)
     settings.camera = scene.camera = _camera(scene, description["camera"], description["ball"]["centre"])
     settings.ball = _ball(scene, description["ball"])
     light = bpy.data.lights.new("Lamp", "POINT")
@@ -64,7 +64,7 @@ def add(scene: bpy.types.Scene, shots: Sequence[Description], light: Any) -> Non
     lamps = [_lamp(scene, name, light, shot["lamp"]) for name, shot in zip(names, shots, strict=True)]
     # last, because it is not taken back on an error
     for shot, name, picture, lamp in zip(shots, names, pictures, lamps, strict=True):
-        added = photographs.of(scene).photographs.add()
+        added = photographs.get(scene).photographs.add()
         added.name, added.picture, added.lamp = name, picture, lamp
         for number, path in enumerate(shot["files"]):
             file = added.files.add()
@@ -165,7 +165,7 @@ def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: boo
     By default it is `whole`: what is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
     Raises ValueError if an object has been deleted, or the whole is not there.
     """
-    settings = photographs.of(scene)
+    settings = photographs.get(scene)
     shots = shots or [each for each in settings.photographs if each.used]
     if not shots:
         raise ValueError("No photograph of this scene is used")

@@ -8,7 +8,7 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
 
 from ...fitter import DatasetError, ready
-from ...fitter.matching import WINDOWS, Match, told
+from ...fitter.matching import WINDOWS, Match, match_lines
 from ...fitter.model.translucent import TRANSLUCENT, WIDTHS
 from ...fitter.published import METAL, PREFIX, find
 from ...fitter.subsurface import INDICES, LONGEST
@@ -168,7 +168,7 @@ above the library"""
 
     def apply(self, _context: bpy.types.Context, result: tuple[str, list[Match]]) -> None:
         shelf.nearest[:] = result[1]
-        for line in told(*result):
+        for line in match_lines(*result):
             self.report({"INFO"}, line)
 
 

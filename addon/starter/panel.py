@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ...fitter.matching import told
+from ...fitter.matching import match_lines
 from ...fitter.model.translucent import TRANSLUCENT
 from ...fitter.published import Published
 from ..core import manual, preferences
@@ -111,7 +111,7 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     _draw_row(layout, [{"name": each.name} for each in favourites[:columns * 2]])
     layout.operator(library.MEASUREDBRDF_OT_match_photograph.bl_idname, text="Match a Photograph...", icon="IMAGE_DATA")
     _draw_row(layout, [{"name": each.material.name, "note": line, "diffuse": each.diffuse, "highlight": each.highlight}
-                       for each, line in zip(shelf.nearest, told("", shelf.nearest)[1:], strict=True)])
+                       for each, line in zip(shelf.nearest, match_lines("", shelf.nearest)[1:], strict=True)])
     offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
     groups = shelf.by_substance(offered)
     if len(groups) <= most_large:

@@ -104,7 +104,7 @@ def published_icon(name: str) -> int:
         _coming.add(name)
     if name in _coming:
         together = next((each for each in _together() if name in each), (name,))
-        queue.ask(("library", together), partial(thumbnails.of_library, together), "read", then=_keep_library)
+        queue.ask(("library", together), partial(thumbnails.library_pictures, together), "read", then=_keep_library)
     return _icons.known(key)
 
 
@@ -144,7 +144,7 @@ def watched(folder: str) -> Job[list[thumbnails.Found]]:
 def measurement_icon(measurement: thumbnails.Found, how: Arguments) -> tuple[int, Exception | None]:
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
     return _icon(("watched", *measurement, tasks.freeze(how)),
-                 lambda folder: partial(thumbnails.of_measurement, measurement, folder, how), "slow")
+                 lambda folder: partial(thumbnails.measurement_picture, measurement, folder, how), "slow")
 
 
 def sample_icon(path: str, sample: str) -> int:
@@ -159,7 +159,7 @@ def sample_icon(path: str, sample: str) -> int:
         _icons.add(key, _disc())
         _undrawn.add(key)
     if key in _undrawn:
-        job = queue.ask(key, partial(thumbnails.of_measurement, found, str(user_folder("thumbnails")),
+        job = queue.ask(key, partial(thumbnails.measurement_picture, found, str(user_folder("thumbnails")),
                                      {"colours": DEFAULT}), "slow", then=partial(_keep_sample, key))
         job.asked += _PATIENCE
     return _icons.known(key)

@@ -102,12 +102,12 @@ def _as_unicode(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def of_library(names: Sequence[str]) -> dict[str, SingleArray]:
+def library_pictures(names: Sequence[str]) -> dict[str, SingleArray]:
     """The pictures of materials of the starter library by name: (SIZE, SIZE, 4) float32 each. Raises DatasetError."""
     return {name: thumbnail(published.find(name), SIZE) for name in names}
 
 
-def of_measurement(found: Found, cache: str, how: Arguments) -> SingleArray:
+def measurement_picture(found: Found, cache: str, how: Arguments) -> SingleArray:
     """The picture of a quick fit of a measurement: (SIZE, SIZE, 4) float32. Raises DatasetError, ValueError."""
 
     def draw() -> SingleArray:

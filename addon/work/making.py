@@ -12,7 +12,16 @@ from bpy.props import IntProperty, StringProperty
 from ..core import compiler, edits, material, preferences, rendered, targets
 from ..core.annotations import OperatorResult, not_none
 from ..core.outcomes import Outcome
-from ..core.properties import CHOICES, LEVELS, OFFERED, FitChoices, draw_presets, draw_rendering, use_preset, worth
+from ..core.properties import (
+    CHOICES,
+    LEVELS,
+    OFFERED,
+    FitChoices,
+    draw_presets,
+    draw_rendering,
+    quality_summary,
+    use_preset,
+)
 from ..core.reading import draw_reading
 from .discovery import GLOB, files_in, passed_over
 from .modal import AsksForPath, InBackground, Steps
@@ -77,7 +86,7 @@ class MakesMaterials(HasTarget, InBackground):
                     sliders.move(made[-1], outcome.surface.edit)
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
-        judged = worth(made[0].measured_brdf) if len(made) == 1 else None
+        judged = quality_summary(made[0].measured_brdf) if len(made) == 1 else None
         told = f"{len(made)} materials; {len(failed)} files failed"
         if judged is not None:
             told = f"{made[0].name}: {judged.whole}"

@@ -73,13 +73,13 @@ def turned_plane(about: Hashable, shown: Shown, theta_i: float) -> tuple[int, Jo
     return icons.icon(("turned", about, shown.digest, theta_i), partial(tasks.turned_plane, shown, theta_i))
 
 
-def of_material(material: bpy.types.Material, masked: float | None = None) -> Job[Reflectance] | None:
+def fit_job(material: bpy.types.Material, masked: float | None = None) -> Job[Reflectance] | None:
     """The job that reads the fit that a material keeps, or the mix of several; None where the material is not measured.
 
     It needs no measurements, and fits nothing. The job fails with ValueError where a fit has been damaged. `masked` is
     as `shown` takes it.
     """
-    stored = shown(material, masked)
+    stored = shown_fits(material, masked)
     return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.fit_of, stored))
 
 
@@ -89,25 +89,25 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
     Where the material is being adjusted, it is drawn as it will be. Until it is drawn, the icon is that of the small
     picture in the material's settings, or of its previous fit.
     """
-    stored = cast(Kept | KeptMix, shown(material))
+    stored = cast(Kept | KeptMix, shown_fits(material))
     as_it_is = isinstance(stored, KeptMix) or edits.is_as_wanted(material)
     icon, job = lit_sphere(material.session_uid, stored, None if as_it_is else edits.edit_arguments(material))
     return icon or _small_sphere(material), job
 
 
-def shown(material: bpy.types.Material, masked: float | None = None) -> Kept | KeptMix | None:
+def shown_fits(material: bpy.types.Material, masked: float | None = None) -> Kept | KeptMix | None:
     """What a material keeps: its fit, or those that it mixes; None where there is none left.
 
     Of a mix by a mask, `masked` is the share of the second material; None leaves it open.
     """
-    return kept(material) or _mixed(materials.mix_node(material), masked)
+    return embedded_fit(material) or _mixed(materials.mix_node(material), masked)
 
 
 def _mixed(node: bpy.types.Node | None, masked: float | None = None) -> Kept | KeptMix | None:
     if node is None or not mixing.mixes.is_mix(node.node_tree):
         return None
     *mixed, share = mixing.mixes.parts(node)
-    base, on_top = (None if part is None else kept(part) or _mixed(inner)
+    base, on_top = (None if part is None else embedded_fit(part) or _mixed(inner)
                     for part, inner in zip(mixed, mixing.mixes.nodes(node), strict=True))
     if base is None or on_top is None:
         return base or on_top
@@ -132,7 +132,7 @@ def near_plane(material: bpy.types.Material, theta_i: float,
                      partial(tasks.near_plane, measured, theta_i, phi_i), "read")
 
 
-def kept(material: bpy.types.Material) -> Kept | None:
+def embedded_fit(material: bpy.types.Material) -> Kept | None:
     """The fit that a material keeps, as tasks take it; None where the material is not measured."""
     node = materials.group_node(material)
     if node is None:

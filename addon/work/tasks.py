@@ -136,7 +136,8 @@ def outcome(path: str, sample: str | None, arguments: Arguments,
 def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
     """What a material is made from, of a fit that was made beforehand, and where its measurements are."""
     samples, measured = _load(path, None, how)
-    return Outcome(measured, fitting := assess(samples, made.fit, 0.0), verdict.of(samples, made.fit, fitting.unseen),
+    fitting = assess(samples, made.fit, 0.0)
+    return Outcome(measured, fitting, verdict.judge(samples, made.fit, fitting.unseen),
                    _assembled(made, measured.colours, {}))
 
 
@@ -223,7 +224,7 @@ def rebake(fits: Sequence[Kept]) -> list[Rebaked | ValueError]:
 
 def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: fitter.Fit, edit: Arguments) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
-    return Outcome(measured, fitting, verdict.of(samples, fitting.fit, fitting.unseen),
+    return Outcome(measured, fitting, verdict.judge(samples, fitting.fit, fitting.unseen),
                    _surface(made, measured.colours, edit), albedo.doubt(samples))
 
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, Directions, FloatArray
 from . import half_difference, stretch
-from .rusinkiewicz import Pair, above_horizon, of_half_and_difference
+from .rusinkiewicz import Pair, clamp_to_horizon, half_to_directions
 
 SOFTENING = 0.3             # delta, times the larger of the stretch and 1
 
@@ -91,5 +91,5 @@ class HalfAngle:
         cosine = np.clip(cosine, -1, 1)
         theta_d = half_difference.unproject(d)
         sin_d = np.sin(theta_d)
-        return above_horizon(of_half_and_difference(half_difference.unproject(r), sin_d * cosine,
-                                                    sin_d * np.sqrt(1 - cosine ** 2), np.cos(theta_d)))
+        return clamp_to_horizon(half_to_directions(half_difference.unproject(r), sin_d * cosine,
+                                                   sin_d * np.sqrt(1 - cosine ** 2), np.cos(theta_d)))

@@ -69,7 +69,7 @@ class Pair(NamedTuple):
         return cls(cos_i, cos_o, along2, sum2, sin2_d, sin_i * sin_o * np.sin(turn))
 
 
-def of_half_and_difference(theta_h: ArrayLike, up: FloatArray, aside: FloatArray, cos_d: FloatArray) -> Directions:
+def half_to_directions(theta_h: ArrayLike, up: FloatArray, aside: FloatArray, cos_d: FloatArray) -> Directions:
     """The directions that have a half vector at the azimuth 0 and a difference vector: (...) each, radians.
 
     Polar angles are up to pi.
@@ -89,7 +89,7 @@ def of_half_and_difference(theta_h: ArrayLike, up: FloatArray, aside: FloatArray
     return angles[0], angles[1], angles[2], angles[3]
 
 
-def above_horizon(directions: Directions) -> Directions:
+def clamp_to_horizon(directions: Directions) -> Directions:
     """Directions whose light comes from the azimuth 0; those below the horizon are moved to it, (...) each."""
     theta_i, phi_i, theta_o, phi_o = directions
     turn = np.abs((phi_o - phi_i + np.pi) % (2 * np.pi) - np.pi)
@@ -145,4 +145,4 @@ class Rusinkiewicz:
         # sin theta_d cos phi_d, toward the normal, and sin theta_d sin phi_d, along the surface
         up = np.clip(np.divide(x * s, radius, out=np.zeros_like(s), where=radius > 0), -sin_d, sin_d)
         side = np.sqrt(np.maximum(sin_d ** 2 - up ** 2, 0))
-        return above_horizon(of_half_and_difference(theta_h, up, side, cos_d))
+        return clamp_to_horizon(half_to_directions(theta_h, up, side, cos_d))

@@ -50,10 +50,10 @@ def principal(fit: "Fit") -> Principal:
     stretch = float(np.clip(((1 + abs(second)) / max(1 - abs(second), 1e-6)) ** _GENTLY, *_STRETCHES))
     if abs(second) > _ROUND:
         return Principal(float(np.angle(second)) / 2, stretch)
-    return Principal(_of_threads(radiance, size, slope), 1.0)
+    return Principal(_thread_azimuth(radiance, size, slope), 1.0)
 
 
-def _of_threads(radiance: NDArray[np.float64], size: NDArray[np.float64], slope: NDArray[np.complex128]) -> float:
+def _thread_azimuth(radiance: NDArray[np.float64], size: NDArray[np.float64], slope: NDArray[np.complex128]) -> float:
     """The azimuth that the edges of highlights cross most often, up to right angles, radians; 0 if there is none.
 
     From radiance over (rings, sectors) of half vectors, whose slopes are (rings, sectors) and solid angles (rings,).

@@ -75,7 +75,7 @@ def decided(samples: Samples, isotropic: bool | None = None) -> Samples:
     if evidence.isotropic and evidence.note:
         return replace(samples, notes=(*samples.notes, evidence.note))
     return samples if evidence.isotropic else replace(samples, isotropic=False, notes=(
-        *samples.notes, told(samples.theta_i, samples.phi_i)))
+        *samples.notes, rotations_note(samples.theta_i, samples.phi_i)))
 
 
 def mirrored(samples: Samples) -> Samples:
@@ -85,7 +85,7 @@ def mirrored(samples: Samples) -> Samples:
     """
     if not samples.isotropic:
         return samples
-    apart = np.mod(_between(samples), _TURN)
+    apart = np.mod(_azimuth_difference(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
     beside = (apart > _ALIKE) & (apart < np.pi - _ALIKE)
     if len({*side[beside].tolist()}) < 2:
@@ -107,11 +107,11 @@ def as_asked(samples: Samples, isotropic: bool) -> Samples:
     """Samples that are taken as isotropic or not, whatever they were, with a note of it."""
     notes = [f"Taken as {'isotropic' if isotropic else 'anisotropic'}, as asked"]
     if samples.isotropic and not isotropic:
-        notes.append(told(samples.theta_i, samples.phi_i))
+        notes.append(rotations_note(samples.theta_i, samples.phi_i))
     return replace(samples, isotropic=isotropic, notes=(*samples.notes, *notes))
 
 
-def told(theta_i: FloatArray, phi_i: FloatArray) -> str:
+def rotations_note(theta_i: FloatArray, phi_i: FloatArray) -> str:
     """The note of an anisotropic material that was measured at these directions, (n,) radians each."""
     at = rotations(theta_i, phi_i)
     return (f"Anisotropic, measured at {at.count:,} rotation{'s' * (at.count > 1)} from {at.first:g} to {at.last:g} "
@@ -128,7 +128,7 @@ class _Found:
 
 def _compared(samples: Samples) -> _Found:
     """What samples at several rotations tell."""
-    apart = np.mod(_between(samples), _TURN)
+    apart = np.mod(_azimuth_difference(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
     chosen = _some(samples, apart)
     y = _size(samples)[chosen]
@@ -266,8 +266,8 @@ def _scattered(samples: Samples, y: FloatArray) -> _Found:
         x = coordinates[:, ring] - coordinates[:, ring].mean(axis=1, keepdims=True)
         smooth = np.stack([np.ones(len(ring)), *x, *(x[i] * x[j] for i in range(3) for j in range(i, 3))], axis=1)
         turning = np.stack([wave(m * phi_h[ring]) for m in _HARMONICS for wave in (np.cos, np.sin)], axis=1)
-        own += _left(smooth, turning) / np.sum(turning ** 2) / len(rings)
-        before, after = (_left(columns, y[ring]) for columns in (smooth, np.hstack([smooth, turning])))
+        own += _residual_squares(smooth, turning) / np.sum(turning ** 2) / len(rings)
+        before, after = (_residual_squares(columns, y[ring]) for columns in (smooth, np.hstack([smooth, turning])))
         noise = after / (len(ring) - smooth.shape[1] - turning.shape[1])
         explained += before - after - 2 * len(_HARMONICS) * noise
         error += 4 * len(_HARMONICS) * noise ** 2       # of chi squared, the variance
@@ -284,14 +284,14 @@ def _half_vectors(samples: Samples) -> tuple[FloatArray, FloatArray, FloatArray]
     z = np.cos(samples.theta_i) + np.cos(samples.theta_o)
     theta_h = np.arctan2(np.hypot(x, y), z)
     return theta_h, np.arctan2(y, x), np.stack([theta_h, samples.theta_i + samples.theta_o,
-                                                np.cos(_between(samples))])
+                                                np.cos(_azimuth_difference(samples))])
 
 
-def _between(samples: Samples) -> FloatArray:
+def _azimuth_difference(samples: Samples) -> FloatArray:
     """phi_o - phi_i, (n,) radians; azimuths may be as large as numbers get."""
     return np.asarray(np.mod(samples.phi_o, _TURN) - np.mod(samples.phi_i, _TURN))
 
 
-def _left(columns: FloatArray, y: FloatArray) -> float:
+def _residual_squares(columns: FloatArray, y: FloatArray) -> float:
     """The sum of squares that a linear combination of columns leaves."""
     return float(np.sum((y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) ** 2))

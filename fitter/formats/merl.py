@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray, mapped
-from ..coordinates.rusinkiewicz import of_half_and_difference
+from ..coordinates.rusinkiewicz import half_to_directions
 from ..errors import DatasetError
 from ..samples import HORIZON, RGB, Samples, given_away
 from .format import Format
@@ -59,7 +59,7 @@ def read(path: str | Path, content: bytes) -> Samples:
     planes = np.frombuffer(content, _TYPES[size], offset=_HEADER).reshape(3, *cells)
     if not all(np.isfinite(part).all() for part in np.moveaxis(planes, 1, 0)):
         raise DatasetError("holds numbers that are not finite", path)
-    measured = [(planes[:, i] >= 0).all(axis=0) & _above(i, cells) for i in range(cells[0])]
+    measured = [(planes[:, i] >= 0).all(axis=0) & _cells_above_horizon(i, cells) for i in range(cells[0])]
     count = sum(map(np.count_nonzero, measured))
     if not count:
         raise DatasetError("no cell was measured: all are negative or below the horizon", path)
@@ -95,7 +95,7 @@ def _is_merl(cells: tuple[int, ...]) -> bool:
     return len(cells) == 3 and 2 <= cells[0] <= CELLS[0] and cells[1] == cells[0] and cells[2] == 2 * cells[0]
 
 
-def _above(i: int, cells: tuple[int, ...]) -> BoolArray:
+def _cells_above_horizon(i: int, cells: tuple[int, ...]) -> BoolArray:
     """Whether both directions of each cell of a theta_h are above the horizon: (n_d, n_p)."""
     theta_h, theta_d, phi_d = _edges(i, cells)
     return np.cos(theta_d) * np.cos(theta_h) > _LOWEST + np.abs(np.sin(theta_d) * np.cos(phi_d) * np.sin(theta_h))
@@ -105,8 +105,8 @@ def _directions(i: int, which: BoolArray) -> Directions:
     """Those of some cells of a theta_h, radians. phi_h is 0."""
     theta_h, theta_d, phi_d = _edges(i, (len(which), *which.shape))
     theta_d, phi_d = (np.broadcast_to(angle, which.shape)[which] for angle in (theta_d, phi_d))
-    return of_half_and_difference(theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d),
-                                  np.cos(theta_d))
+    return half_to_directions(theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d),
+                              np.cos(theta_d))
 
 
 def _edges(i: int, cells: tuple[int, ...]) -> tuple[float, FloatArray, FloatArray]:

@@ -41,7 +41,7 @@ from ..errors import DatasetError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, HORIZON, LARGEST_VALUE, RGB, Samples, repeated
 from . import rgl_warp, tensor_file
 from .format import Format
-from .isotropy import told
+from .isotropy import rotations_note
 from .reading import BY_DEFAULT, Reading
 from .rgl_table import FEWEST_AZIMUTHS, RglTable, reduction
 from .spectra import srgb_weights, to_linear_srgb
@@ -78,7 +78,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     note = f"{count:,} nodes at {at}, {len(values) - count:,} between by the interpolation that the file defines"
     if table.theta_i[-1] > _LAST_MEASURED:
         note += f"; beyond {np.degrees(table.theta_i[-2]):.0f} degrees it is the authors' extrapolation"
-    notes = (note, *table.notes, *([] if table.isotropic else [told(nodes[0], nodes[1])]))
+    notes = (note, *table.notes, *([] if table.isotropic else [rotations_note(nodes[0], nodes[1])]))
     samples = Samples(*directions, values, RGB, table.name, str(path), notes, isotropic=table.isotropic)
     return repeated(samples, _SYMMETRIES[table.reduction])
 

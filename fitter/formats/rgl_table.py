@@ -98,11 +98,11 @@ class RglTable:
 
     def _slices(self, theta_i: FloatArray, phi_i: FloatArray) -> list[tuple[IntArray, FloatArray]]:
         """The slices between which (n,) directions of incidence are, and their weights."""
-        index, weight = _between(self.theta_i, theta_i)
+        index, weight = _locate(self.theta_i, theta_i)
         pair = [(index, 1 - weight), (index + 1, weight)]
         if self.isotropic:
             return pair
-        row, share = _between(self.phi_i, phi_i)
+        row, share = _locate(self.phi_i, phi_i)
         return [(len(self.theta_i) * (row + step) + index, part * weight)
                 for step, part in ((0, 1 - share), (1, share)) for index, weight in pair]
 
@@ -132,7 +132,7 @@ class RglTable:
             u_x, u_y = self._half_vectors(index)
             value = self.values[index, :-1].copy()
             value[:, 0] = value[:, 0].mean(axis=0)
-            directions, which = _above(theta, phi, u_x, u_y)
+            directions, which = _reflect_above_horizon(theta, phi, u_x, u_y)
             factor = self._factor(*directions[:3], u_x[which], u_y[which])
             parts.append(directions)
             values.append(value[which] * factor[:, None])
@@ -172,7 +172,7 @@ def reduction(phi_i: FloatArray) -> int:
     return round(_TURN / covered) if covered > _SAME else 0
 
 
-def _above(theta: float, phi: float, u_x: FloatArray, u_y: FloatArray) -> tuple[Directions, BoolArray]:
+def _reflect_above_horizon(theta: float, phi: float, u_x: FloatArray, u_y: FloatArray) -> tuple[Directions, BoolArray]:
     """The light, and the directions into which half vectors u reflect it, above the horizon: (n,); and which u these
     are. Of a column where the half vector is the normal, the first.
     """
@@ -183,7 +183,7 @@ def _above(theta: float, phi: float, u_x: FloatArray, u_y: FloatArray) -> tuple[
     return selected((theta_i, np.full_like(u_x, phi), theta_o, phi_o + phi), which), which
 
 
-def _between(nodes: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
+def _locate(nodes: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
     """The interval of rising nodes in which each number is, and how far in, 0 to 1; beyond them, the nearest node."""
     after = np.clip(np.searchsorted(nodes, at, side="right"), 1, len(nodes) - 1)
     index = after - 1

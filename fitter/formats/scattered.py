@@ -33,7 +33,7 @@ def weights(azimuths: FloatArray, radials: FloatArray, tilt: float) -> FloatArra
     >>> [float(np.sum(weights(np.radians([0, 180.0]), np.append(grid, np.pi), tilt)).round(3)) for tilt in (0, 1)]
     [3.142, 3.142]
     """
-    around, share = _around(azimuths)
+    around, share = _azimuth_weights(azimuths)
     outward, steps = _interpolation(radials)
     radial = radials[0] + (np.arange(len(outward)) + 0.5) * steps
     turn = around[:, -1][:, None]
@@ -42,7 +42,7 @@ def weights(azimuths: FloatArray, radials: FloatArray, tilt: float) -> FloatArra
     return np.asarray(around[:, :-1].T @ area @ outward)
 
 
-def _around(azimuths: FloatArray) -> tuple[FloatArray, float]:
+def _azimuth_weights(azimuths: FloatArray) -> tuple[FloatArray, float]:
     """For each step of azimuth the weights of the nodes and the azimuth itself, (steps, n + 1); what a step stands for.
     """
     span = azimuths[-1] - azimuths[0]

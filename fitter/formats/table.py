@@ -60,7 +60,7 @@ from .isotropy import finished
 from .reading import BY_DEFAULT, QUANTITIES, Reading
 from .repeats import averaged
 from .table_cells import Cells
-from .table_columns import EXPECTED, OTHERWISE, Columns, meaning, name_of, said_before, shown
+from .table_columns import EXPECTED, OTHERWISE, Columns, meaning, name_of, said_before, shorten
 from .table_layout import Layout
 from .text import check_azimuths, check_thetas, decode, line_number, lines
 from .wavelength_rows import in_columns
@@ -90,7 +90,7 @@ def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | N
     if found is None or (len(found[1][0]) < 3 and (found[0] is None or len(found[1]) < 2)):
         return None
     heads, rows = found
-    what = f"columns {shown(heads)} found" if heads else f"{len(rows[0])} columns of numbers without names found"
+    what = f"columns {shorten(heads)} found" if heads else f"{len(rows[0])} columns of numbers without names found"
     line = None if heads is None else 1 + next((number for number, text in enumerate(content.splitlines())
                                                 if heads[0].encode() in text), 0)
     return ColumnsUnknownError(f"{what}; expected {EXPECTED}; {OTHERWISE}", path, line)
@@ -124,7 +124,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                            layout.line)
     notes = [*cells.notes]
     if layout.texts:
-        notes.append(f"Columns of text are not read: {shown([*layout.texts])}")
+        notes.append(f"Columns of text are not read: {shorten([*layout.texts])}")
     if cells.left_out:
         notes.append(f"{cells.left_out:,} of {len(cells.numbers) + cells.left_out:,} rows have empty cells and are "
                      "left out")

@@ -131,7 +131,7 @@ def meaning(layout: Layout, said: dict[str, str], reading: Reading, path: str | 
     if missing or found.unknown:
         lacking = f"expected also {', '.join(missing)}" if missing else (
             f"of which {', '.join(found.unknown[:4])} mean{'s' * (len(found.unknown) == 1)} nothing here")
-        raise ColumnsUnknownError(f"columns {shown(layout.names)} found, {lacking}; {OTHERWISE}", path, layout.line)
+        raise ColumnsUnknownError(f"columns {shorten(layout.names)} found, {lacking}; {OTHERWISE}", path, layout.line)
     used = sorted([*found.roles.values(), *found.values])
     place = {column: k for k, column in enumerate(used)}
     angles = {role: place[column] for role, column in found.roles.items() if role in ANGLES}
@@ -156,7 +156,7 @@ def meaning(layout: Layout, said: dict[str, str], reading: Reading, path: str | 
                    else None, reflected, _side(said))
 
 
-def shown(columns: list[str], most: int = 8) -> str:
+def shorten(columns: list[str], most: int = 8) -> str:
     """The first names of columns, for a message."""
     return ", ".join(name[:24] for name in columns[:most]) + (" ..." if len(columns) > most else "")
 

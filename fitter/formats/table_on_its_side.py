@@ -43,7 +43,7 @@ def upright(content: bytes) -> Upright | None:
     first = [line[0] for line in islice(lines(content), _MOST_LINES) if line[0][:1] not in _BEGIN_NUMBERS]
     for separator in _SEPARATORS:
         if any(_is_of_angles(_cells(line, separator)) for line in first):
-            return _turned([line[0] for line in lines(content)], separator)
+            return _transpose([line[0] for line in lines(content)], separator)
     return None
 
 
@@ -59,7 +59,7 @@ def _is_of_angles(cells: list[bytes]) -> bool:
     return all(map(is_cell, numbers)) and sum(map(is_number, numbers)) > 1
 
 
-def _turned(every: list[bytes], separator: bytes) -> Upright | None:
+def _transpose(every: list[bytes], separator: bytes) -> Upright | None:
     """The table of the lines that have as many cells as those of angles or fewer, and two after the name or more."""
     count = max(len(cells) for line in every if _is_of_angles(cells := _cells(line, separator)))
     titles: list[bytes] = []

@@ -50,8 +50,8 @@ _JITTER = 1e-4              # makes the covariance of the control points inverti
 _PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
 
 
-def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
-             highlight: Highlight | None = None) -> tuple[DenseLattice, SparseLattice | None]:
+def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
+                 highlight: Highlight | None = None) -> tuple[DenseLattice, SparseLattice | None]:
     """Fit the lattices to a field.
 
     Parameters
@@ -74,7 +74,7 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
         values = highlight.blend(coordinates.decode(nodes.reshape(-1, nodes.shape[-1])), flat).reshape(values.shape)
     box = dense.interpolate(values, levels.diffuse)
     progress.report(0.2)
-    between = _between(samples)
+    between = _random_directions(samples)
     directions = joined([samples.directions, between])
     x = coordinates.encode(*directions)
     wanted = np.concatenate([field.at_samples, field.at(2 * x[len(samples):] - 1)])
@@ -121,7 +121,7 @@ def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
     return np.asarray(mean[which.reshape(mu.shape[:-1])])
 
 
-def _between(samples: Samples) -> Directions:
+def _random_directions(samples: Samples) -> Directions:
     """Random directions at which the field is followed, half of them near the mirror direction: four (n,) arrays.
 
     They reach as far as the samples do.
@@ -140,8 +140,8 @@ def _between(samples: Samples) -> Directions:
     return theta_i, np.zeros(_BETWEEN), theta_o, turn
 
 
-def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
-               ) -> tuple[DenseLattice, SparseLattice | None]:
+def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
+                   ) -> tuple[DenseLattice, SparseLattice | None]:
     """Fit the lattices to many samples.
 
     Parameters

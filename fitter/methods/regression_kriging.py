@@ -238,11 +238,11 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
     with progress.part(0.0, 0.8 if samples.isotropic else 0.5):
         if estimated.field is not None:
-            both = lattices.of_field(samples, estimated.coordinates, transform, estimated.field, levels,
-                                     estimated.highlight)
+            both = lattices.fit_to_field(samples, estimated.coordinates, transform, estimated.field, levels,
+                                         estimated.highlight)
         else:
             levels = levels if samples.isotropic else levels.of_four_axes()
-            both = lattices.of_samples(samples, estimated.coordinates, transform, estimated.kernel, levels)
+            both = lattices.fit_to_samples(samples, estimated.coordinates, transform, estimated.kernel, levels)
     fitted = Fit(estimated.coordinates, *both, transform, levels.dropped, samples.channels, name=samples.name,
                  source=samples.source)
     with progress.part(0.8 if samples.isotropic else 0.5, 1.0, "Checking the energy"):

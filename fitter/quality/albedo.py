@@ -74,7 +74,7 @@ class Albedo:
         return f"{what}: {' or '.join(self.reasons) or 'in which units?'}"
 
 
-def of(samples: Samples) -> Albedo:
+def estimate(samples: Samples) -> Albedo:
     """Estimate what measurements reflect.
 
     Examples
@@ -99,7 +99,7 @@ def of(samples: Samples) -> Albedo:
 
 def doubt(samples: Samples) -> str:
     """What is to be said of measurements that no surface has; empty of others."""
-    found = of(samples)
+    found = estimate(samples)
     return f"{samples.name} reflects {found.text()}" if found.is_doubtful else ""
 
 

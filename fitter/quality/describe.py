@@ -108,8 +108,8 @@ def describe(samples: Samples) -> Description:
     gap, at = widest_hole(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
                        gap, at, int(np.count_nonzero(values < 0)), _saturated(samples),
-                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), albedo.of(samples),
-                       samples.notes,
+                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)),
+                       albedo.estimate(samples), samples.notes,
                        None if samples.isotropic else rotations(samples.theta_i, samples.phi_i),
                        conventions.questions(samples))
 

@@ -83,7 +83,7 @@ def steps(samples: Samples, predicted: FloatArray) -> float:
     return 100 * float(np.sqrt(np.mean((fitted - measured) ** 2)))
 
 
-def of(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
+def judge(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
     """Judge a fit by its samples, and by `steps` at samples that it had not seen, if they are known.
 
     No fit counts as better between its samples than at them, and none is judged by samples that show nothing.
@@ -177,7 +177,7 @@ def sentence(verdict: Verdict) -> str:
     >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0)).partition('does that')[2]
     '), uncertain in gaps of up to 31 degrees'
     """
-    between = _between(verdict) if verdict.between >= 0 else _UNTESTED
+    between = _line_between_angles(verdict) if verdict.between >= 0 else _UNTESTED
     doubts = [] if verdict.farthest >= math.degrees(GRAZING) else [f"beyond {verdict.farthest:.0f} degrees"]
     if verdict.hole > WIDE_GAP:
         doubts.append(f"in gaps of up to {verdict.hole:.0f} degrees")
@@ -196,7 +196,7 @@ def line(verdict: Verdict) -> str:
     >>> line(Verdict(0.4, 3.0, 75.0, 12.0, 60.0))
     'Matches the measurements: excellent. Measured to 60 and 75 degrees, the rim is a guess (30 % of a ball)'
     """
-    between = f". {_between(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else ""
+    between = f". {_line_between_angles(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else ""
     return f"{at_samples(verdict).words}{between}{_guess(verdict)}"
 
 
@@ -218,5 +218,5 @@ def _guess(verdict: Verdict) -> str:
     return "" if share <= LITTLE_GUESSED else f". {measured}, the rim is a guess ({100 * share:.0f} % of a ball)"
 
 
-def _between(verdict: Verdict) -> str:
+def _line_between_angles(verdict: Verdict) -> str:
     return judged("Between measured angles", verdict.between, BETWEEN_LIMITS).words

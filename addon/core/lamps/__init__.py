@@ -81,7 +81,7 @@ def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
         return
     scene = not_none(depsgraph.scene)
     readers = carrier.readers(trees) if changed.structure else set()
-    own = carrier.of_scene(scene, make=is_free and len(readers) > 0)
+    own = carrier.scene_carrier(scene, make=is_free and len(readers) > 0)
     listed = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)[:max(map(group.capacity, trees))]
     for each in [*([own] if own is not None else []), *carrier.linked()]:
         _write(each, listed, not_none(depsgraph.view_layer))
@@ -98,7 +98,7 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     shining = light_objects.shining(not_none(depsgraph.view_layer))
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
-    listed: _Listed = [(lamp.of(light, item.matrix_world), item) for item in lights
+    listed: _Listed = [(lamp.from_light(light, item.matrix_world), item) for item in lights
                        if (light := light_of(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
     listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
     listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)

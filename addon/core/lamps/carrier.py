@@ -38,7 +38,7 @@ def _path(name: str) -> str:
     return f'["{name}"]'
 
 
-def of_scene(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | None:
+def scene_carrier(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | None:
     """The carrier of a scene of this file; where it has none, a new one or None. A copy of a scene has the carrier of
     the original, and needs one of its own."""
     carrier = scene.get(POINTER)

@@ -72,7 +72,7 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
             continue
         light = light_of(item)
         if light.energy > 0:
-            instanced.append(lamp.of(light, instance.matrix_world))
+            instanced.append(lamp.from_light(light, instance.matrix_world))
         parent = instance.parent.original if instance.is_instance else item.original
         parents[parent.session_uid] = parents.get(parent.session_uid) or drivers.can_move(parent)
     _last.lamps, _last.parents = instanced, parents

@@ -56,7 +56,7 @@ def expressions(light: bpy.types.Light) -> tuple[str, str, str, str, str]:
     return *_POSITION, _BALL, f"energy / {4 * math.pi!r}"
 
 
-def of(light: bpy.types.Light, matrix: Matrix) -> Lamp:
+def from_light(light: bpy.types.Light, matrix: Matrix) -> Lamp:
     """The lamp that a light makes at this world matrix."""
     if light.type == "SUN":
         x, y, z = (matrix[row][2] for row in range(3))

@@ -68,7 +68,7 @@ def test_what_is_not_a_number_is_refused(blender, material, name, told):
 
 
 def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
-    worth = extension.addon.core.properties.worth
+    worth = extension.addon.core.properties.quality_summary
     settings = material.measured_brdf_adjustments
     praise = worth(material.measured_brdf)
     settings.highlight_gain = 3.0

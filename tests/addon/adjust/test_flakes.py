@@ -28,7 +28,7 @@ def plane(blender):
     material = blender.data.materials.new("grey")
     materials.use_nodes(material)
     material.node_tree.nodes.clear()
-    materials.show(material, node_group.of(fitter.fit(grey, **fitter.PRESETS["Draft"])))
+    materials.show(material, node_group.make(fitter.fit(grey, **fitter.PRESETS["Draft"])))
     bpy.context.object.data.materials.append(material)
     return scene, material, materials.surface_node(material)
 

@@ -73,12 +73,12 @@ def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, o
 
 def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(cubes, one, two, comparison):
     scene = bpy.context.scene
-    comparison.of(scene).pinned = two
+    comparison.get(scene).pinned = two
     node = next(node for node in two.node_tree.nodes if node.type == "GROUP")
     two.node_tree.nodes.remove(node)
     assert comparison.pinned(scene, one) is None
     bpy.data.materials.remove(two)
-    assert comparison.of(scene).pinned is None
+    assert comparison.get(scene).pinned is None
     assert comparison.pinned(scene, one) is None
 
 
@@ -88,11 +88,11 @@ def test_pinning_is_undone_and_saved(cubes, one, two, comparison, tmp_path):
     bpy.ops.measured_brdf.pin()
     bpy.ops.ed.undo_push(message="pin")
     bpy.ops.ed.undo()
-    assert comparison.of(bpy.context.scene).pinned is None
+    assert comparison.get(bpy.context.scene).pinned is None
     bpy.ops.ed.redo()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "pinned.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "pinned.blend"))
-    assert comparison.of(bpy.context.scene).pinned.name == "two"
+    assert comparison.get(bpy.context.scene).pinned.name == "two"
 
 
 def test_a_linked_material_can_be_pinned_and_a_linked_scene_refuses(cubes, one, comparison, tmp_path):
@@ -105,7 +105,7 @@ def test_a_linked_material_can_be_pinned_and_a_linked_scene_refuses(cubes, one, 
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.materials.append(target.materials[0])
     assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
-    assert comparison.of(bpy.context.scene).pinned == target.materials[0]
+    assert comparison.get(bpy.context.scene).pinned == target.materials[0]
     linked = next(scene for scene in bpy.data.scenes if scene.library is not None)
     with bpy.context.temp_override(scene=linked):
         assert not bpy.ops.measured_brdf.pin.poll()
@@ -137,25 +137,25 @@ def small(monkeypatch):
 
 def test_a_test_render_is_shown_as_it_was_made_until_it_is_made_again(cubes, one, two, comparison, looks, small):
     scene = bpy.context.scene
-    comparison.of(scene).pinned = two
+    comparison.get(scene).pinned = two
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
     keys = [looks.key(scene, each) for each in (one, two)]
     for key in keys:
-        picture = looks.known(key).picture
+        picture = looks.cached_render(key).picture
         assert picture.shape == (24, 24, 4)
         assert picture[..., :3].max() > 0.1
-    comparison.of(scene).divide = 0.3
+    comparison.get(scene).divide = 0.3
     assert looks.key(scene, one) == keys[0]
-    comparison.of(scene).lighting = "SKY"
-    assert looks.known(looks.key(scene, one)) is None
-    comparison.of(scene).lighting = "STUDIO"
+    comparison.get(scene).lighting = "SKY"
+    assert looks.cached_render(looks.key(scene, one)) is None
+    comparison.get(scene).lighting = "STUDIO"
     node = next(node for node in one.node_tree.nodes if node.type == "GROUP")
     node.inputs["Strength"].default_value = 0.5
-    before = [looks.known(key) for key in keys]
+    before = [looks.cached_render(key) for key in keys]
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
-    after = [looks.known(key) for key in keys]
+    after = [looks.cached_render(key) for key in keys]
     assert not {render.number for render in after} & {render.number for render in before}
     brightness = [render.picture[8:16, 8:16, :3].mean() for render in (before[0], after[0])]
     assert brightness[1] < 0.9 * brightness[0]
@@ -163,8 +163,8 @@ def test_a_test_render_is_shown_as_it_was_made_until_it_is_made_again(cubes, one
 
 def test_the_scenes_world_gives_the_light(one, comparison, looks, small):
     scene = bpy.context.scene
-    comparison.of(scene).lighting = "WORLD"
-    comparison.of(scene).shape = "SPHERE"
+    comparison.get(scene).lighting = "WORLD"
+    comparison.get(scene).shape = "SPHERE"
     with pytest.raises(RuntimeError, match="no world"):
         bpy.ops.measured_brdf.render_look()
     scene.world = bpy.data.worlds.new("red")
@@ -175,7 +175,7 @@ def test_the_scenes_world_gives_the_light(one, comparison, looks, small):
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    picture = looks.known(looks.key(scene, one)).picture
+    picture = looks.cached_render(looks.key(scene, one)).picture
     assert picture[..., 0].mean() > 3 * picture[..., 1].mean()
 
 
@@ -214,6 +214,6 @@ def test_a_linked_material_is_rendered(cubes, one, looks, small, tmp_path):
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    picture = looks.known(looks.key(bpy.context.scene, target.materials[0])).picture
+    picture = looks.cached_render(looks.key(bpy.context.scene, target.materials[0])).picture
     plain = picture[12, 12, :3]
     assert plain.max() > 0.02, "the shader has been found"

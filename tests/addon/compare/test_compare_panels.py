@@ -150,7 +150,7 @@ def test_a_hint_tells_how_to_pin(ui, material, other):
     shown = drawn(ui, panel, material)
     assert "pinned" in shown.fields
     assert shown.button("Pin Measured Material").operator == "measured_brdf.pin"
-    ui.comparison.of(bpy.context.scene).pinned = material
+    ui.comparison.get(bpy.context.scene).pinned = material
     assert "This is the pinned material" in drawn(ui, panel, material).texts
 
 
@@ -163,13 +163,13 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
         each.measured_brdf.filepath = ""
     for name in ("read", "fitted_of", "outcome"):
         monkeypatch.setattr(tasks, name, lambda *_: pytest.fail("nothing is read or fitted"))
-    ui.comparison.of(bpy.context.scene).pinned = other
+    ui.comparison.get(bpy.context.scene).pinned = other
     shown = drawn(ui, ui.curves.MEASUREDBRDF_PT_pictures, material)
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     assert texts[:2] == ["A: glossy", "B: dull"]
     assert values_of(texts, "Coefficients") == counts
     for each, albedo in ((material, values_of(texts, "Albedo %")[0]), (other, values_of(texts, "Albedo %")[1])):
-        made = tasks.kept_fit(queries.kept(each))
+        made = tasks.kept_fit(queries.embedded_fit(each))
         random = np.random.default_rng(4)
         theta, phi = np.arcsin(np.sqrt(random.random(200_000))), random.random(200_000) * 2 * np.pi
         value = np.maximum(made.evaluate(theta, phi, np.zeros(200_000), np.zeros(200_000)), 0)
@@ -187,7 +187,7 @@ def values_of(texts, name):
 def test_a_damaged_fit_is_said_and_the_other_is_still_shown(ui, material, other):
     group = next(node.node_tree for node in other.node_tree.nodes if node.type == "GROUP")
     group["fit"] = b"void"
-    ui.comparison.of(bpy.context.scene).pinned = other
+    ui.comparison.get(bpy.context.scene).pinned = other
     panel = ui.curves.MEASUREDBRDF_PT_pictures
     draw(panel, material=material)
     lanes = ui.queue._lanes
@@ -221,7 +221,7 @@ def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatc
     shown = draw(panel, material=material)
     assert "picture" in shown.kinds
     assert shown.button("Render").operator == "measured_brdf.render_look"
-    ui.comparison.of(scene).pinned = other
+    ui.comparison.get(scene).pinned = other
     shown = draw(panel, material=material)
     assert "picture" not in shown.kinds, "the pinned one has not been rendered"
     assert shown.button("Render Both") is not None

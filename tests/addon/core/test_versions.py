@@ -151,7 +151,7 @@ def test_a_shader_that_cannot_take_anothers_place_leaves_nothing_behind(saved, m
     from measured_brdf.addon.core import compiler, lamps, material
     from measured_brdf.addon.work import queries, tasks
 
-    made, = tasks.rebake([queries.kept(saved)])
+    made, = tasks.rebake([queries.embedded_fit(saved)])
     before, shader = state(), compiler.compile_shader(*made)
 
     def fail(*_):

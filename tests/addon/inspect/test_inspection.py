@@ -290,7 +290,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     monkeypatch.setattr(overlay, "gpu", SimpleNamespace(state=SimpleNamespace(blend_set=lambda _mode: None)))
     overlay.draw_plot(running, parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), "")
     material = stage.item.active_material
-    tasks.polar_plot(queries.shown(material), object(), running.theta_i, running.phi_i, queries.reaches(material))
+    tasks.polar_plot(queries.shown_fits(material), object(), running.theta_i, running.phi_i, queries.reaches(material))
     (viewport, picture) = drawn
     assert viewport[0::2] == picture[0::2]
     for one, other in zip((*viewport.curves[0][:2], *viewport.curves[0][3:4], *viewport.curves[0].samples),
@@ -424,7 +424,7 @@ def test_an_error_at_the_beginning_leaves_nothing(stage, parts, monkeypatch):
     def broken(*_):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(parts.session.queries, "of_material", broken)
+    monkeypatch.setattr(parts.session.queries, "fit_job", broken)
     with pytest.raises(ZeroDivisionError):
         stage.begin()
     assert gone(stage, parts)

@@ -27,7 +27,7 @@ def measured(name, fit):
     if not made.node_tree:
         made.use_nodes = True
     made.node_tree.nodes.clear()
-    materials.show(made, node_group.of(fit))
+    materials.show(made, node_group.make(fit))
     return made
 
 
@@ -170,7 +170,7 @@ def test_a_layer_of_a_mix_of_a_mix_has_the_share_that_its_slider_says(sphere, fi
     inner = fitter.Mix(fits["felt"], fits["krylon"], 0.9)
     ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fitter.Mix(inner, fits["leather"], 0.3))
     assert ratio == pytest.approx([1, 1, 1], abs=0.03)
-    assert queries.shown(made).first.share == pytest.approx(0.9), "of the picture too"
+    assert queries.shown_fits(made).first.share == pytest.approx(0.9), "of the picture too"
 
 
 def test_what_is_set_at_the_nodes_of_both_is_told_to_stay_there(sphere, capfd):

@@ -84,10 +84,10 @@ def shown(panel, parts, material):
 
 
 def test_the_reflectance_of_a_mix_is_the_sum_of_its_parts(parts, mix):
-    job = parts.queries.of_material(mix)
+    job = parts.queries.fit_job(mix)
     parts.queue.answer_all()
     np.testing.assert_allclose(job.result.evaluate(0.3, 0, 0.9, 2), BOTH, rtol=NEAR)
-    assert parts.queries.of_material(bpy.data.materials.new("plain")) is None
+    assert parts.queries.fit_job(bpy.data.materials.new("plain")) is None
     assert {part.name for part in parts.materials.measured_parts(mix)} == {"dark", "bright"}
     dark = bpy.data.materials["dark"]
     assert parts.materials.measured_parts(dark) == [dark]

@@ -196,10 +196,10 @@ def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):
 
 
 def test_a_material_of_an_older_version_is_not_judged(material):
-    from measured_brdf.addon.core.properties import worth
+    from measured_brdf.addon.core.properties import quality_summary
 
     material.measured_brdf.match, material.measured_brdf.version = -1, ""
-    assert worth(material.measured_brdf) == ("", "", False, False)
+    assert quality_summary(material.measured_brdf) == ("", "", False, False)
 
 
 @pytest.mark.parametrize(("match", "words", "icon", "level"), [
@@ -208,12 +208,12 @@ def test_a_material_of_an_older_version_is_not_judged(material):
     (9.0, "Matches the measurements: poor. Between measured angles: poor. Choose", "ERROR", "WARNING"),
     (-1.0, "Matches the measurements: not judged, for there is nothing to compare. Meas", "ERROR", "WARNING")])
 def test_a_bad_fit_is_a_warning_in_the_panel_and_in_the_info_line(ui, material, match, words, icon, level):
-    from measured_brdf.addon.core.properties import worth
+    from measured_brdf.addon.core.properties import quality_summary
 
     settings = material.measured_brdf
     settings.match = settings.between = match
     settings.farthest = settings.least = 90
-    judged = worth(settings)
+    judged = quality_summary(settings)
     assert judged.line.startswith(words)
     assert judged.whole.startswith(words.split(". ")[0])
     assert (judged.icon, judged.level) == (icon, level)
@@ -221,13 +221,13 @@ def test_a_bad_fit_is_a_warning_in_the_panel_and_in_the_info_line(ui, material, 
 
 
 def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender, capfd):
-    from measured_brdf.addon.core.properties import worth
+    from measured_brdf.addon.core.properties import quality_summary
 
     blender.ops.mesh.primitive_cube_add()
     capfd.readouterr()
     blender.ops.measured_brdf.import_data(filepath="published:chrome", preset="Draft")
     material = blender.context.object.active_material
-    imported, shown = capfd.readouterr().out, worth(material.measured_brdf).line
+    imported, shown = capfd.readouterr().out, quality_summary(material.measured_brdf).line
     blender.ops.measured_brdf.fit()
     for text in (imported, shown, capfd.readouterr().out):
         assert "ublished fit" in text
@@ -304,7 +304,7 @@ def test_a_poor_match_comes_with_what_to_do_about_it(ui, material, match, preset
     settings.match, settings.between = match, -1
     properties.use_preset(settings, preset)
     settings.fitted_as = properties.as_text(properties.fit_arguments(settings))
-    assert properties.worth(settings).line == advice
+    assert properties.quality_summary(settings).line == advice
     assert advice in draw(ui.fit.MEASUREDBRDF_PT_material, material=material).texts
 
 

@@ -122,7 +122,7 @@ def test_folders_in_the_folder_are_listed_after_it_and_each_once(thumbnails, fol
 def test_each_input_of_a_picture_on_the_disk_is_in_its_name(thumbnails, folder, tmp_path, monkeypatch):
     def is_drawn_anew(measurement, how):
         before = len(reads)
-        thumbnails.of_measurement(measurement, str(tmp_path / "cache"), how)
+        thumbnails.measurement_picture(measurement, str(tmp_path / "cache"), how)
         return len(reads) > before
 
     reads, samples = [], fitter.load(folder / "a.astm")
@@ -174,25 +174,25 @@ def test_a_large_file_is_listed_without_being_read_or_drawn(thumbnails, folder, 
 def test_a_picture_of_a_measurement_is_drawn_once(thumbnails, folder, tmp_path, monkeypatch):
     found = thumbnails.scan(str(folder))[0]
     cache, how = tmp_path / "cache", {"colours": "Rec.709"}
-    drawn = thumbnails.of_measurement(found, str(cache), how)
+    drawn = thumbnails.measurement_picture(found, str(cache), how)
     assert drawn.shape == (thumbnails.SIZE, thumbnails.SIZE, 4)
     assert drawn[64, 64, 2] > drawn[64, 64, 0]           # it is blue
     assert drawn[0, 0, 3] == 0
     original = thumbnails.lit_sphere
     monkeypatch.setattr(thumbnails, "lit_sphere", None)
-    np.testing.assert_array_equal(thumbnails.of_measurement(found, str(cache), how), drawn)
+    np.testing.assert_array_equal(thumbnails.measurement_picture(found, str(cache), how), drawn)
     changed = found._replace(stamp=(1, 2))
     with pytest.raises(TypeError):
-        thumbnails.of_measurement(changed, str(cache), how)
+        thumbnails.measurement_picture(changed, str(cache), how)
     stored, = cache.glob("*.npy")
     stored.write_bytes(stored.read_bytes()[:100])        # damaged: drawn anew
     monkeypatch.setattr(thumbnails, "lit_sphere", original)
-    np.testing.assert_array_equal(thumbnails.of_measurement(found, str(cache), how), drawn)
+    np.testing.assert_array_equal(thumbnails.measurement_picture(found, str(cache), how), drawn)
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(thumbnails, folder, tmp_path):
     (tmp_path / "cache").write_text("a file, where the folder should be")
-    picture = thumbnails.of_measurement(thumbnails.scan(str(folder))[0], str(tmp_path / "cache"), {})
+    picture = thumbnails.measurement_picture(thumbnails.scan(str(folder))[0], str(tmp_path / "cache"), {})
     assert picture[64, 64, 2] > picture[64, 64, 0]
 
 
@@ -200,7 +200,7 @@ def test_only_so_many_pictures_are_kept(thumbnails, folder, tmp_path, monkeypatc
     monkeypatch.setattr(thumbnails, "_KEPT", 2)
     found, cache = thumbnails.scan(str(folder))[0], tmp_path / "cache"
     for stamp in ((1, 1), (2, 1), (3, 1)):
-        thumbnails.of_measurement(found._replace(stamp=stamp), str(cache), {})
+        thumbnails.measurement_picture(found._replace(stamp=stamp), str(cache), {})
     assert len(list(cache.glob("*.npy"))) == 2
 
 
@@ -208,7 +208,7 @@ def test_the_picture_of_an_unreadable_measurement_is_an_error(thumbnails, folder
     found = thumbnails.scan(str(folder))[0]
     (folder / "a.astm").write_text("broken since")
     with pytest.raises(ValueError, match=r"a\.astm"):
-        thumbnails.of_measurement(found, str(tmp_path / "cache"), {})
+        thumbnails.measurement_picture(found, str(tmp_path / "cache"), {})
 
 
 def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeypatch):
@@ -245,7 +245,7 @@ def test_a_worker_lists_a_folder(extension, folder):
 
     worker = process.Worker()
     try:
-        for work in (partial(thumbnails.scan, str(folder)), partial(thumbnails.of_library, ["white-paint"])):
+        for work in (partial(thumbnails.scan, str(folder)), partial(thumbnails.library_pictures, ["white-paint"])):
             job = Job(work)
             worker.begin(job)
             while not job.poll():

@@ -60,7 +60,7 @@ def answered(jobs, question, *arguments):
 
 def test_the_fit_of_a_material_comes_out_of_its_shader(jobs, imported, glossy, no_fits):
     material, expected = imported
-    fit = answered(jobs, jobs.queries.of_material, material).result
+    fit = answered(jobs, jobs.queries.fit_job, material).result
     np.testing.assert_allclose(fit.evaluate(*glossy.directions), expected.evaluate(*glossy.directions), rtol=1e-5,
                                atol=1e-7)
     assert (fit.name, fit.compression, fit.notation) == ("glossy", 80.0, "(2,4,80)")
@@ -75,7 +75,7 @@ def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(jobs, imported
     material = blender.data.materials[name]
     _, sphere = answered(jobs, jobs.queries.material_sphere, material)
     np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
-    _, polar = answered(jobs, jobs.queries.polar_plot, "", jobs.queries.kept(material), None, 0.6)
+    _, polar = answered(jobs, jobs.queries.polar_plot, "", jobs.queries.embedded_fit(material), None, 0.6)
     picture, shown = polar.result
     assert np.isnan(shown)                                          # no samples, and so none of their dots
     np.testing.assert_allclose(picture, pictures.polar_plot(expected, None, 0.6)[0], atol=0.01)
@@ -124,7 +124,7 @@ def test_a_refit_is_another_fit_and_shows_the_old_one_until_it_is_drawn(jobs, bl
 
 
 def test_materials_without_measured_reflectance_have_no_fit(jobs, blender):
-    assert jobs.queries.of_material(blender.data.materials.new("plain")) is None
+    assert jobs.queries.fit_job(blender.data.materials.new("plain")) is None
 
 
 def test_a_fit_that_is_damaged_or_missing_is_an_error(jobs, imported):
@@ -133,7 +133,7 @@ def test_a_fit_that_is_damaged_or_missing_is_an_error(jobs, imported):
     tree = material.group_node(imported[0]).node_tree
     tree["fit"] = tree["fit"][:-1]
     for _ in range(2):
-        jobs.queries.of_material(imported[0])
+        jobs.queries.fit_job(imported[0])
         with pytest.raises(ValueError, match="not a fit"):
             jobs.queue.answer_all()
         tree.pop("fit", None)
@@ -149,7 +149,7 @@ def test_while_a_material_is_adjusted_its_picture_is_that_of_the_adjusted_fit(jo
     _, job = jobs.queries.material_sphere(material)
     assert [question.job for lane in jobs.queue._lanes.values() for question in lane.queue] == [job]
     jobs.queue.answer_all()
-    adjusted = fitter.edited(fitter.Fit.from_bytes(jobs.queries.kept(material).fit), diffuse=0.7)
+    adjusted = fitter.edited(fitter.Fit.from_bytes(jobs.queries.embedded_fit(material).fit), diffuse=0.7)
     np.testing.assert_allclose(job.result, pictures.lit_sphere(adjusted), atol=1e-3)
     assert np.abs(job.result - before.result).max() > 0.05
     material.measured_brdf_adjustments.diffuse_gain = 1

@@ -82,7 +82,7 @@ def test_the_likelihood_of_many_samples_is_scipys(monkeypatch, samples, transfor
 def test_many_samples_are_fitted_by_the_least_errors_and_norm(samples, transform):
     """The dense lattice alone, by NumPy's least squares over every unknown."""
     coordinates = HalfDifference(stretch=5.0)
-    fitted, _ = lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(2, None, 0.0))
+    fitted, _ = lattices.fit_to_samples(samples, coordinates, transform, KERNEL, Levels(2, None, 0.0))
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     design, mu, weight = basis(x, 2)[0], places(2), weights(samples, transform)[:, None]
     covariance = KERNEL.covariance(mu, mu) + 1e-4 * np.eye(len(mu))
@@ -102,7 +102,7 @@ def test_a_finer_dense_lattice_adds_what_lowers_the_errors(monkeypatch, samples,
     """Its control points beside the coarser spline are independent: by NumPy's least squares over all of them."""
     monkeypatch.setitem(lattices._FINEST, 3, 1)
     coordinates = HalfDifference(stretch=5.0)
-    coarse, fine = (lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(level, None, 0.0))[0]
+    coarse, fine = (lattices.fit_to_samples(samples, coordinates, transform, KERNEL, Levels(level, None, 0.0))[0]
                     for level in (1, 2))
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     design, weight = basis(x, 2)[0], weights(samples, transform)[:, None]
@@ -118,13 +118,13 @@ def test_the_dense_lattice_of_a_field_moves_to_what_its_nodes_do_not_say(samples
     coordinates = HalfDifference(stretch=5.0)
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     field, _ = krige(2 * x - 1, z, KERNEL, np.zeros(len(x)))
-    fitted, _ = lattices.of_field(samples, coordinates, transform, field, Levels(2, None, 0.0))
+    fitted, _ = lattices.fit_to_field(samples, coordinates, transform, field, Levels(2, None, 0.0))
 
     nodes = dense.nodes(2)
     values = field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], 2)
     values[0] = lattices._mean_over_azimuths(field, 2 * nodes[0] - 1)
     box = dense.interpolate(values, 2)
-    directions = joined([samples.directions, lattices._between(samples)])
+    directions = joined([samples.directions, lattices._random_directions(samples)])
     x = coordinates.encode(*directions)
     wanted = field.at(2 * x - 1)
     wanted[:len(samples)] = field.at_samples
@@ -144,7 +144,7 @@ def test_the_dense_lattice_of_a_field_moves_to_what_its_nodes_do_not_say(samples
 def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(samples, transform):
     """By NumPy's least squares over every unknown of the dense lattice and those of the sparse one that were kept."""
     coordinates = HalfDifference(stretch=5.0)
-    fitted, sparse = lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(1, 3, 80.0))
+    fitted, sparse = lattices.fit_to_samples(samples, coordinates, transform, KERNEL, Levels(1, 3, 80.0))
     keys = np.sort(sparse.index.keys)
     assert 200 < len(keys) <= Levels(1, 3, 80.0).kept_of(3)
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
@@ -162,7 +162,7 @@ def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(s
 
 
 def test_directions_between_samples_reach_as_far_as_these(samples):
-    theta_i, _, theta_o, turn = lattices._between(samples)
+    theta_i, _, theta_o, turn = lattices._random_directions(samples)
     farthest = max(samples.theta_i.max(), samples.theta_o.max())
     assert max(theta_i.max(), theta_o.max()) <= farthest
     assert (np.hypot(theta_o - theta_i, np.pi - turn) < 0.05).mean() > 0.2       # and crowd the mirror direction

@@ -39,7 +39,7 @@ def gloss(i, o, apart):
 @pytest.mark.parametrize("grid", [hemisphere(), plane()])
 @pytest.mark.parametrize("share", [0.04, 0.5, 0.98])
 def test_a_diffuse_surface_reflects_its_albedo(grid, share):
-    found = albedo.of(samples(grid, lambertian(share)))
+    found = albedo.estimate(samples(grid, lambertian(share)))
     assert found.share == pytest.approx(share, rel=1e-6)
     assert not found.is_doubtful
 
@@ -47,7 +47,7 @@ def test_a_diffuse_surface_reflects_its_albedo(grid, share):
 @pytest.mark.parametrize("grid", [hemisphere(5), plane()])
 def test_a_narrow_highlight_is_no_doubt(grid):
     """Also of a scan in the plane of incidence, in which every second value is bright."""
-    found = albedo.of(samples(grid, gloss))
+    found = albedo.estimate(samples(grid, gloss))
     assert not found.is_doubtful
     assert 0.3 <= found.share < 0.8
 
@@ -58,7 +58,7 @@ def test_a_narrow_highlight_is_no_doubt(grid):
     (100, 0.9, "in percent? (Values: brdf_percent) or reflectance factors in percent? (Values: reflectance_percent)"),
     (1e6, 0.5, "in which units?")])
 def test_what_would_explain_too_much_light(times, share, question):
-    found = albedo.of(samples(hemisphere(), lambda *angles: times * lambertian(share)(*angles)))
+    found = albedo.estimate(samples(hemisphere(), lambda *angles: times * lambertian(share)(*angles)))
     assert found.is_doubtful
     assert found.share == pytest.approx(times * share, rel=1e-6)
     assert found.text() == f"{times * share:,.3g} times the light that arrives: {question}"
@@ -81,7 +81,7 @@ def test_what_would_explain_next_to_no_light(tmp_path):
     for quantity in ("brdf_percent", "reflectance_percent"):
         found = describe(fitter.load(path, quantity=quantity)).albedo
         assert found.text().endswith(": not in percent? (Values: brdf, or reflectance_factor)")
-    dark = albedo.of(samples(hemisphere(), lambertian(1e-4)))
+    dark = albedo.estimate(samples(hemisphere(), lambertian(1e-4)))
     assert dark.text() == "0.0001 of the light that arrives, less than the blackest paints: in which units?"
 
 
@@ -102,9 +102,9 @@ def test_a_cosine_that_is_not_in_the_values_explains_what_dividing_by_it_does(tm
     path = tmp_path / "white.csv"
     path.write_text("theta_i,theta_o,phi,BRDF*cos_o\n" + "".join(
         f"{a},{b},{c},{0.9 / np.pi}\n" for a, b, c in zip(i, o, apart, strict=True)))
-    found = albedo.of(fitter.load(path))
+    found = albedo.estimate(fitter.load(path))
     assert "without a cosine? (Values: brdf)" in found.text()
-    assert not albedo.of(fitter.load(path, quantity="brdf")).is_doubtful
+    assert not albedo.estimate(fitter.load(path, quantity="brdf")).is_doubtful
 
 
 def test_radians_that_are_read_as_degrees_are_all_at_the_normal(tmp_path):
@@ -112,26 +112,26 @@ def test_radians_that_are_read_as_degrees_are_all_at_the_normal(tmp_path):
     path = tmp_path / "white.csv"
     path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
         f"{a},{b},{c},{0.9 / np.pi}\n" for a, b, c in zip(i, o, apart, strict=True)))
-    assert albedo.of(fitter.load(path)).text().endswith(": angles in radians? (Angles: radians)")
-    assert not albedo.of(fitter.load(path, angles="radians")).is_doubtful
+    assert albedo.estimate(fitter.load(path)).text().endswith(": angles in radians? (Angles: radians)")
+    assert not albedo.estimate(fitter.load(path, angles="radians")).is_doubtful
 
 
 @pytest.mark.parametrize("name", ["cornell/krylon_blue_RGB.astm", "goniometer/AnoBlackEC2onAlum_fred.txt",
                                   "goniometer/AnoBlackEC1onAlum.zemax.bsdf", "goniometer/aeroglaze_inplane.zemax.bsdf"])
 def test_a_real_measurement_is_not_doubted(data, name):
-    assert not albedo.of(fitter.load(data / name)).is_doubtful
+    assert not albedo.estimate(fitter.load(data / name)).is_doubtful
 
 
 @release
 def test_no_real_measurement_and_no_published_fit_is_doubted(data):
     files = [*data.glob("cornell/*"), *data.glob("rgl/*.bsdf"), *data.glob("goniometer/*.*")]
     assert len(files) > 20
-    shares = {path.name: albedo.of(fitter.load(path)) for path in files}
+    shares = {path.name: albedo.estimate(fitter.load(path)) for path in files}
     assert not {name for name, found in shares.items() if found.is_doubtful}
     curet = fitter.load(data / "curet" / "abrdf.dat", "plaster a")
-    assert not albedo.of(curet).is_doubtful
+    assert not albedo.estimate(curet).is_doubtful
     for name in [*fitter.list_published()[::10], "black-obsidian", "specular-black-phenolic"]:
-        assert not albedo.of(fitter.load_published(name)).is_doubtful
+        assert not albedo.estimate(fitter.load_published(name)).is_doubtful
 
 
 def test_an_anisotropic_highlight_is_not_taken_for_one_around_the_normal():
@@ -143,5 +143,5 @@ def test_an_anisotropic_highlight_is_not_taken_for_one_around_the_normal():
     z = np.cos(i) + np.cos(o)
     values = 0.1 + np.exp(-((x / z) / 0.06) ** 2 - ((y / z) / 0.6) ** 2)
     turned = fitter.Samples(i, pi, o, po, values[:, None], isotropic=False)
-    assert not albedo.of(turned).is_doubtful
-    assert albedo.of(replace(turned, values=turned.values * 30)).is_doubtful
+    assert not albedo.estimate(turned).is_doubtful
+    assert albedo.estimate(replace(turned, values=turned.values * 30)).is_doubtful

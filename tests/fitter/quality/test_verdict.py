@@ -41,7 +41,7 @@ def test_a_fit_of_what_it_can_hold_is_excellent_everywhere(random):
     theta_i, theta_o = 1.5 * np.sqrt(random.random((2, 300)))
     samples = Samples(theta_i, 0 * theta_i, theta_o, np.pi * random.random(300), np.full((300, 1), 0.1))
     made = prior.lambertian(np.array([[0.1]]))
-    judged = verdict.of(samples, made, verdict.unseen(samples, lambda part: prior.lambertian(part.values)))
+    judged = verdict.judge(samples, made, verdict.unseen(samples, lambda part: prior.lambertian(part.values)))
     assert (judged.match, judged.between) == pytest.approx((0, 0), abs=1e-9)
     assert judged.farthest == pytest.approx(np.degrees(max(theta_i.max(), theta_o.max())))
     assert verdict.is_well(judged)
@@ -67,7 +67,7 @@ def test_one_sample_says_nothing_of_others():
 
 
 def test_no_fit_is_better_between_its_samples_than_at_them():
-    judged = verdict.of(white([0.125, 0.125]), prior.lambertian(np.array([[1.0]])), 0.1)
+    judged = verdict.judge(white([0.125, 0.125]), prior.lambertian(np.array([[1.0]])), 0.1)
     assert judged.between == judged.match > 1
 
 
@@ -130,7 +130,7 @@ def test_the_share_of_a_ball_that_is_a_guess_is_counted_on_a_ball(random):
 def test_what_shows_nothing_is_not_judged(value):
     """Any fit matches values of which no screen shows that they differ."""
     samples = white(np.full(40, value))
-    judged = verdict.of(samples, prior.lambertian(samples.values), 0.1)
+    judged = verdict.judge(samples, prior.lambertian(samples.values), 0.1)
     assert (judged.match, judged.between) == (UNKNOWN, UNKNOWN)
     assert verdict.unseen(samples, lambda part: prior.lambertian(part.values)) == UNKNOWN
     assert not verdict.is_well(judged)
@@ -141,8 +141,8 @@ def test_what_shows_nothing_is_not_judged(value):
 def test_a_black_channel_is_judged_with_the_others():
     samples = white([0.125, 0.2])
     two = Samples(*samples.directions, np.column_stack([0 * samples.values, samples.values]), ("R", "G"))
-    assert verdict.of(two, prior.lambertian(np.array([[0.0, 1 / np.pi]]))).match > 10
-    assert verdict.of(two, prior.lambertian(two.values[:1])).match >= 0
+    assert verdict.judge(two, prior.lambertian(np.array([[0.0, 1 / np.pi]]))).match > 10
+    assert verdict.judge(two, prior.lambertian(two.values[:1])).match >= 0
 
 
 def test_a_fold_that_shows_nothing_says_nothing_of_what_lies_between():
