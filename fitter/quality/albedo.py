@@ -81,7 +81,7 @@ def estimate(samples: Samples) -> Albedo:
     --------
     >>> white = np.full((9, 1), 97.0)
     >>> angles = np.radians(np.arange(0, 90, 10))
-    >>> found = of(Samples(angles, 0 * angles, angles, 0 * angles, white))
+    >>> found = estimate(Samples(angles, 0 * angles, angles, 0 * angles, white))
     >>> found.share > 300, found.text()
     (True, '305 times the light that arrives: reflectance factors in percent? (Values: reflectance_percent)')
     """

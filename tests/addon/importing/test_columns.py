@@ -63,8 +63,8 @@ def test_the_dialog_shows_the_first_rows_and_what_names_say(extension, file):
     assert [item.meaning for item in items] == ["SKIP", "theta_o", "phi", "SKIP"]
     assert items[1].numbers == "0, 20, 40, 60"
     items[0].meaning, items[3].meaning = "theta_i", "BRDF"
-    assert module.said(items) == "theta_i,theta_o,phi,BRDF"
-    samples = fitter.load(file, columns=module.said(items), angles="degrees")
+    assert module.stated_columns(items) == "theta_i,theta_o,phi,BRDF"
+    samples = fitter.load(file, columns=module.stated_columns(items), angles="degrees")
     assert np.unique(samples.theta_i) == pytest.approx(np.radians([0, 30, 60]))
 
 
@@ -76,7 +76,7 @@ def test_columns_without_names_and_names_with_commas(extension, tmp_path):
     module.fill(asked, str(path))
     assert [item.label for item in items] == ["Column 1", "Column 2", "Column 3", "Column 4"]
     named = SimpleNamespace(label='550 nm, "left"', meaning="NAMED")
-    assert module.said([named, SimpleNamespace(label="a", meaning="SKIP")]) == "\"550 nm, 'left'\",-"
+    assert module.stated_columns([named, SimpleNamespace(label="a", meaning="SKIP")]) == "\"550 nm, 'left'\",-"
 
 
 def test_the_dialog_is_drawn_with_a_choice_for_each_column(extension, file):

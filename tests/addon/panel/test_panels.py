@@ -157,7 +157,7 @@ def test_a_mix_is_a_stack_of_layers_each_with_its_picture_share_and_adjustments(
 
 @pytest.mark.parametrize(("path", "fields"), [
     ("abrdf.dat", ["sample"]), ("leather.bin", ["isotropic", "encoding"]), ("chrome.binary", []),
-    ("paint.csv", ["angles", "quantity", "illuminant", "isotropic", "symmetry", "keep_unmeasured"])])
+    ("paint.csv", ["sample", "angles", "quantity", "illuminant", "isotropic", "symmetry", "keep_unmeasured"])])
 def test_a_dialog_has_the_choices_of_the_format_at_hand(ui, material, monkeypatch, path, fields):
     from measured_brdf.addon.importing import import_data
 
