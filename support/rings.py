@@ -12,14 +12,14 @@ def ring(fit):
     largest ratio less 1, of any of `DEGREES` of incidence, of the mean over channels."""
     worst = 0.0
     for theta in np.radians(DEGREES):
-        around, within = (_about(fit, theta, np.radians(degrees)) for degrees in (_AROUND, _WITHIN))
+        around, within = (_paraboloid_terms(fit, theta, np.radians(degrees)) for degrees in (_AROUND, _WITHIN))
         paraboloid = np.linalg.lstsq(around[0], around[1], rcond=None)[0]
         ratio = np.maximum(within[1], 1e-9) / np.maximum(within[0] @ paraboloid, 1e-9)
         worst = max(worst, float(np.abs(np.log(ratio)).max()))
     return np.exp(worst) - 1
 
 
-def _about(fit, theta, radii):
+def _paraboloid_terms(fit, theta, radii):
     """Terms of a paraboloid in the offsets from the direction (theta, 0), (n, 4), and the fit there, (n,)."""
     radius, azimuth = (grid.ravel() for grid in np.meshgrid(radii, _AZIMUTHS))
     x, y, z = np.sin(radius) * np.cos(azimuth), np.sin(radius) * np.sin(azimuth), np.cos(radius)

@@ -81,14 +81,14 @@ def _error(material: bpy.types.Material, node: bpy.types.Node, found: export_sur
            pictures: dict[str, FloatArray], place: tuple[int, int]) -> float:
     inputs = Principled(pictures[COLOUR][place], float(pictures[ROUGHNESS][place][0]),
                         float(pictures[METALLIC][place][0]), _LEVEL)
-    return difference(_shown(material, node, found, place), inputs, _there(found.tint, place))
+    return difference(_fit_at_texel(material, node, found, place), inputs, _there(found.tint, place))
 
 
-def _shown(material: bpy.types.Material | None, node: bpy.types.Node, found: export_surface.Evaluated,
-           place: tuple[int, int]) -> Reflectance:
+def _fit_at_texel(material: bpy.types.Material | None, node: bpy.types.Node, found: export_surface.Evaluated,
+                  place: tuple[int, int]) -> Reflectance:
     """The fit or the mix of fits at a texel."""
     if mixing.mixes.is_mix(node.node_tree):
-        below, above = (_shown(part, inner, found, place) for part, inner in zip(
+        below, above = (_fit_at_texel(part, inner, found, place) for part, inner in zip(
             mixing.mixes.parts(node)[:2], mixing.mixes.nodes(node), strict=True))
         return Mix(below, above, float(np.clip(_there(found.read(mixing.mixes.factor(node)), place)[0], 0, 1)))
     return _reflectance(not_none(material))

@@ -116,7 +116,7 @@ class Session:
         job = queries.fit_job(material, inspection.spot.masked)
         if job is not None and job.error is not None:
             self._waiting = str(job.error)
-        changed = inspection.show(_shown(material, job, inspection.spot.masked))
+        changed = inspection.show(_displayed_fit(material, job, inspection.spot.masked))
         samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
         if samples is not None and samples.finished is not None:
             source = "measured" if published.name_in(material.measured_brdf.filepath) is None else "published fit"
@@ -176,7 +176,7 @@ def stop() -> None:
         running.end()
 
 
-def _shown(material: bpy.types.Material, job: Job[Reflectance] | None, masked: float | None) -> Shown | None:
+def _displayed_fit(material: bpy.types.Material, job: Job[Reflectance] | None, masked: float | None) -> Shown | None:
     if job is None or job.result is None:
         return None
     space, node = not_none(queries.shown_fits(material)).colours, materials.mix_node(material)

@@ -91,7 +91,7 @@ def choices_of(wanted: published.Published) -> Choices:
 
 
 def _create(wanted: published.Published) -> bpy.types.Material:
-    outcome = work.outcome(wanted.name, {"colours": DEFAULT})
+    outcome = work.import_result(wanted.name, {"colours": DEFAULT})
     surface = outcome.surface
     uncompiled = Shader(surface.source, "", surface.nodes, surface.kept)
     return materials.create(outcome, choices_of(wanted), bpy.context, uncompiled)

@@ -24,7 +24,7 @@ def is_quick(name: str, colours: str) -> bool:
     return colours in ("", DEFAULT) and ready.is_there(name)
 
 
-def outcome(name: str, how: Arguments, edit: Arguments | None = None) -> Outcome:
+def import_result(name: str, how: Arguments, edit: Arguments | None = None) -> Outcome:
     """What a material is made from, of a published fit, edited as `fitter.edited` does; where the file has other
     colours, it is fitted for them.
 
@@ -40,4 +40,4 @@ def outcome(name: str, how: Arguments, edit: Arguments | None = None) -> Outcome
 
 def outcomes(name: str, how: Arguments, edit: Arguments | None = None) -> list[tuple[str, str, Outcome]]:
     """The one outcome, as `tasks.outcomes` returns several."""
-    return [(published.find(name).path, "", outcome(name, how, edit))]
+    return [(published.find(name).path, "", import_result(name, how, edit))]

@@ -63,7 +63,7 @@ class HalfAngle:
         >>> bool(np.allclose(mu[:, :2], 0)), bool(np.allclose(mu[:, 2], half_difference.project([0.3, 1.2])))
         (True, True)
         """
-        pair = Pair.of(theta_i, phi_i, theta_o, phi_o)
+        pair = Pair.from_angles(theta_i, phi_i, theta_o, phi_o)
         length = np.sqrt(pair.sum2)
         d = np.sqrt(pair.sin2_d) / (1 + length)             # 2 cos theta_d is the length of the sum
         spread = length + 2 * (pair.cos_i + pair.cos_o)

@@ -58,7 +58,7 @@ class Pair(NamedTuple):
     outer: FloatArray
 
     @classmethod
-    def of(cls, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> "Pair":
+    def from_angles(cls, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> "Pair":
         """From angles that broadcast to (...), radians, without cancellation."""
         theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
         turn = np.asarray(phi_o, dtype=float) - phi_i
@@ -115,7 +115,7 @@ class Rusinkiewicz:
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1]."""
-        pair = Pair.of(theta_i, phi_i, theta_o, phi_o)
+        pair = Pair.from_angles(theta_i, phi_i, theta_o, phi_o)
         along2, sum2, sin2_d = pair.along2, pair.sum2, pair.sin2_d
         delta2 = self.softening ** 2
         s2 = np.hypot(delta2, np.sqrt(1 - delta2 ** 2) * sin2_d)

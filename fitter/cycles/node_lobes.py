@@ -46,7 +46,7 @@ class Pairs(NamedTuple):
     tangent: RealArray
 
     @classmethod
-    def of(cls, wo: RealArray, wi: RealArray, tangent: RealArray) -> "Pairs":
+    def make(cls, wo: RealArray, wi: RealArray, tangent: RealArray) -> "Pairs":
         """Pairs with their half vectors. Each component of many vectors is contiguous in memory."""
         wi = _by_component(wi)
         return cls(wo, wi, _by_component(_unit(wi + wo[..., None, :])), tangent)
@@ -109,7 +109,7 @@ def evaluate(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
     At normal incidence and reflection a GGX lobe is 1 / (4 pi alpha^2):
 
     >>> up = np.array([[0.0, 0.0, 1.0]])
-    >>> pairs = Pairs.of(up, up[:, None], np.array([[1.0, 0.0, 0.0]]))
+    >>> pairs = Pairs.make(up, up[:, None], np.array([[1.0, 0.0, 0.0]]))
     >>> flat = Shape(np.array([0.5]), np.array([0.0]), np.array([0.0]))
     >>> round(float(evaluate("GGX", flat, pairs)[0, 0]), 6), round(1 / (4 * np.pi * 0.5 ** 4), 6)
     (1.27324, 1.27324)

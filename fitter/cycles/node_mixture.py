@@ -215,15 +215,15 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
     theta, phi = np.arccos(np.clip(wo[2], -1, 1)), np.arctan2(wo[1], wo[0])
     turn = phi if mixture.turn is None else mixture.turn
     back = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-    pairs = node_lobes.Pairs.of((back @ wo)[None, None], (wi @ back.T)[None, None], np.array([[[1.0, 0.0, 0.0]]]))
+    pairs = node_lobes.Pairs.make((back @ wo)[None, None], (wi @ back.T)[None, None], np.array([[[1.0, 0.0, 0.0]]]))
     phases = np.ones((1, 1))
     if mixture.colour.shape[2] > 1:
         phases = np.array([[np.cos(phi - turn) ** 2, np.sin(phi - turn) ** 2]])
     at = np.array([theta])
-    shape = Shape(*(_between(mixture.theta, at, each) for each in mixture.shape))
+    shape = Shape(*(_interpolate(mixture.theta, at, each) for each in mixture.shape))
     nothing = np.empty((1, 0, 1, len(wi)))
     seen = Views(at, phases, pairs, (wi[:, 2] > 0)[None, None].astype(float), nothing, nothing)
-    columns, colour = _columns(seen, mixture.kinds, shape), _between(mixture.theta, at, mixture.colour)
+    columns, colour = _columns(seen, mixture.kinds, shape), _interpolate(mixture.theta, at, mixture.colour)
     return np.asarray(_radiance(columns, colour)[0, :, 0].T)
 
 
@@ -241,10 +241,10 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
     """The mixture of lobes of some kinds, from shapes to begin with."""
     stops = views.only(slice(0, None, 2), slice(None))
     shape = _refine(stops.only(slice(None), _REFINEMENT), kinds, shape, engine)
-    everywhere = _columns(views, kinds, Shape(*(_between(stops.theta, views.theta, each) for each in shape)))
+    everywhere = _columns(views, kinds, Shape(*(_interpolate(stops.theta, views.theta, each) for each in shape)))
     colour = _colours(stops, everywhere[::2])
     colour = colour * _albedo_scales(views, stops.theta, everywhere, colour)
-    radiance = _radiance(everywhere, _between(stops.theta, views.theta, colour))
+    radiance = _radiance(everywhere, _interpolate(stops.theta, views.theta, colour))
     found = views.reflected(radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
     misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
@@ -256,7 +256,7 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
 def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
     """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
     views, kinds, shape = every.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
-    everywhere = _columns(every, kinds, Shape(*(_between(mixture.theta, every.theta, each) for each in shape)))
+    everywhere = _columns(every, kinds, Shape(*(_interpolate(mixture.theta, every.theta, each) for each in shape)))
     columns = everywhere[::2]
     below, albedo = _below(views, columns), views.albedo.mean(axis=1)
     # the weights of all closures are the denoiser's albedo, of which a direction needs a part
@@ -271,7 +271,7 @@ def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
     flat = (len(carried), -1)
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
-    apart = every.target - _radiance(everywhere, _between(mixture.theta, every.theta, below))
+    apart = every.target - _radiance(everywhere, _interpolate(mixture.theta, every.theta, below))
     missing, above = (every.reflected(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
     balance = 1 - _about_stops(above) / np.maximum(_about_stops(missing), _TINY)
     return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing[::2],
@@ -287,7 +287,7 @@ def _about_stops(values: FloatArray) -> FloatArray:
 def _below(views: Views, columns: RealArray) -> FloatArray:
     """The colours of lobes of the least absolute error, of which that above the target counts far more: (views, lobes,
     phases, channels)."""
-    lobes = _Lobes.of(views, columns)
+    lobes = _Lobes.make(views, columns)
     found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
     albedo = np.maximum(views.albedo.mean(axis=1), _DARKEST)[..., None].astype(columns.dtype)
@@ -301,7 +301,7 @@ def _below(views: Views, columns: RealArray) -> FloatArray:
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
-def _between(stops: FloatArray, at: FloatArray, values: RealArray) -> FloatArray:
+def _interpolate(stops: FloatArray, at: FloatArray, values: RealArray) -> FloatArray:
     """Values that are tabulated at angles, (stops, ...), interpolated linearly: (at, ...)."""
     flat = values.reshape(len(stops), -1)
     found = np.stack([np.interp(at, stops, column) for column in flat.T], axis=-1)
@@ -373,7 +373,7 @@ class _Lobes(NamedTuple):
     products: RealArray | None      # (views, pairs, rows), of each pair of columns, where these are few
 
     @classmethod
-    def of(cls, views: Views, columns: RealArray) -> "_Lobes":
+    def make(cls, views: Views, columns: RealArray) -> "_Lobes":
         flat = _flat(views, columns)
         first, second = _PAIRS[flat.shape[1]]
         return cls(flat, flat[:, first] * flat[:, second])
@@ -414,7 +414,7 @@ def _solve(views: Views, lobes: _Lobes, weight: RealArray, like: _Solution | Non
 
 def _colours(views: Views, columns: RealArray) -> FloatArray:
     """The colours of the least absolute error: (views, lobes, phases, channels)."""
-    lobes = _Lobes.of(views, columns)
+    lobes = _Lobes.make(views, columns)
     found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
     for _ in range(_REWEIGHTINGS):
         found = _solve(views, lobes, _absolute(views, found.left, _LAST_FLOOR), found)
@@ -473,7 +473,7 @@ def _choose(views: Views, engine: Engine, turned: bool) -> list[_Lobe]:
                 best, error = chosen, now
         if lobes <= 1:
             break
-        worth = _worth(found, weight).reshape(len(chosen), -1).sum(axis=1)
+        worth = _error_growth(found, weight).reshape(len(chosen), -1).sum(axis=1)
         worth[0] = np.inf           # the first diffuse lobe
         fewer = max((lobes - engine.lobes) // 2, 1) if lobes > engine.lobes else 1
         kept = np.sort(np.argsort(worth)[fewer:])
@@ -483,7 +483,7 @@ def _choose(views: Views, engine: Engine, turned: bool) -> list[_Lobe]:
     return [candidates[number] for number in best]
 
 
-def _worth(found: _Solution, weight: RealArray) -> FloatArray:
+def _error_growth(found: _Solution, weight: RealArray) -> FloatArray:
     """By how much the weighted squared error grows without each column, as if the others' colours stayed positive:
     (columns,)."""
     colour = np.swapaxes(found.colour, 1, 2)
@@ -514,7 +514,7 @@ class _Variables:
         self.lower = np.stack([ones * np.log(sheerest), ones * least, -bend * ones])
         self.upper = np.stack([0 * ones, engine.tilts[1] * ones, bend * ones])
 
-    def of(self, shape: Shape) -> FloatArray:
+    def pack(self, shape: Shape) -> FloatArray:
         bent = -np.sign(shape.anisotropy) * np.log(1 - np.abs(shape.anisotropy))
         return np.stack([np.log(shape.roughness), shape.tilt, bent])
 
@@ -538,10 +538,10 @@ class _Variables:
 def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine) -> Shape:
     """Better shapes."""
     variables = _Variables(kinds, views.theta, engine)
-    now = variables.of(shape)
+    now = variables.pack(shape)
     bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
     bending = _STIFFNESS * bending.T @ bending
-    found = _solve(views, _Lobes.of(views, _columns(views, kinds, shape)),
+    found = _solve(views, _Lobes.make(views, _columns(views, kinds, shape)),
                    _absolute(views, views.target_rows, _FLOOR))
     damping = 1e-2
     for floor in progress.each((_FLOOR, _FLOOR / 3)):
@@ -553,7 +553,7 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
             for _ in range(_TRIES):
                 step = _step(curvature, slope, bending, variables.taken(now), damping)
                 then = variables.moved(now, step)
-                tried = _solve(views, _Lobes.of(views, _columns(views, kinds, variables.shape(then))), weight, found)
+                tried = _solve(views, _Lobes.make(views, _columns(views, kinds, variables.shape(then))), weight, found)
                 after = _penalised(weight, tried, bending, variables.taken(then))
                 if after < before:
                     now, found, damping = then, tried, max(damping / 3, 1e-4)
@@ -624,7 +624,7 @@ def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variabl
 def _albedo_scales(views: Views, stops: FloatArray, columns: RealArray, colour: FloatArray) -> FloatArray:
     """Factors of the colours that give them the albedo of the fit, at the tabulated angles and between them:
     (stops, 1, phases, channels)."""
-    share = _between(stops, views.theta, np.eye(len(stops)))                # (views, stops)
+    share = _interpolate(stops, views.theta, np.eye(len(stops)))                # (views, stops)
     white = np.einsum("van,vlpan->valp", views.solid_angle, columns)
     reflected = np.einsum("vs,valp,slpc->vaspc", share, white, colour, optimize=True)
     albedo = views.albedo

@@ -135,7 +135,7 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
     # a microfacet lobe is symmetric about the plane of the viewer or, of an anisotropic fit, about the principal axes
     tangent = np.broadcast_to([1.0, 0.0, 0.0], wo.shape)
     solid_angle = to.solid_angle.astype(np.float32)
-    return Views(theta, phases, Pairs.of(wo, to.unit, tangent).single(), solid_angle, target,
+    return Views(theta, phases, Pairs.make(wo, to.unit, tangent).single(), solid_angle, target,
                  _importance(target, solid_angle))
 
 

@@ -119,7 +119,7 @@ def meaning(layout: Layout, said: dict[str, str], reading: Reading, path: str | 
     """
     if len(layout.names) > MOST_COLUMNS:
         raise DatasetError(f"more than {MOST_COLUMNS} columns found", path, layout.line)
-    found = _found(layout, path)
+    found = _assign_roles(layout, path)
     constants, constant_units = _constants(said, found.roles)
     _resolve(found, constants)
     missing = [name for role, name in (("theta_i", "theta_i"), ("theta_s", "theta_o")) if role not in found.roles
@@ -161,7 +161,7 @@ def shorten(columns: list[str], most: int = 8) -> str:
     return ", ".join(name[:24] for name in columns[:most]) + (" ..." if len(columns) > most else "")
 
 
-def _found(layout: Layout, path: str | Path) -> _Found:
+def _assign_roles(layout: Layout, path: str | Path) -> _Found:
     """The role of each column, or its kind of values."""
     found = _Found()
     # in remote sensing s is the sun

@@ -57,7 +57,7 @@ def coverage(samples: Samples) -> Coverage:
 
 def difference_angle(directions: Directions) -> FloatArray:
     """Half of the angle between the directions, radians: (n,)."""
-    pair = Pair.of(*directions)
+    pair = Pair.from_angles(*directions)
     return np.asarray(np.arctan2(2 * np.sqrt(pair.sin2_d), np.sqrt(pair.sum2)))
 
 

@@ -21,7 +21,7 @@ from ..model.fit import Fit
 from ..samples import Samples
 from .ball import check_bright
 from .flat_finding import MOST_MATERIALS, MOST_TEXELS, materials_found
-from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed, pixel_of
+from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, shading_geometry
 from .flat_solving import Prior, Texels, given_normals, normals_of, prior_of, radiances, solved, turned_weights
 
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
@@ -77,7 +77,7 @@ class Maps:
         eye, light = (np.asarray(each, dtype=float)[None] for each in (camera, lamp))
         found = []
         for part in _blocks(len(points)):
-            seen = lit(points[part], eye, light, np.atleast_1d(np.asarray(intensity, dtype=float))[None])
+            seen = shading_geometry(points[part], eye, light, np.atleast_1d(np.asarray(intensity, dtype=float))[None])
             found.append(np.einsum("npcm,nm->nc", radiances(self.fits, seen, normals[part]), weights[part]))
         return np.concatenate(found).reshape(*self.weights.shape[:2], -1)
 
@@ -161,7 +161,7 @@ def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: Fl
             few = grid[middle, middle]
             coarse = _solved(fits, photographs, few, frame, prior).slopes.reshape(*few.shape[:2], 2)
         place = (np.indices((height, width)).reshape(2, -1).T - _COARSER // 2) / _COARSER
-        first = between(coarse, *corners_of(place, few.shape[:2])[:2])
+        first = interpolate_bilinear(coarse, *corners_of(place, few.shape[:2])[:2])
     with progress.part(0.0 if first is None else 2 / _COARSER ** 2, 1.0):
         parts = _in_parts(lambda part: solved(fits, observed(photographs, points[part], frame[2]), frame,
                                               None if first is None else first[part], prior), len(points))

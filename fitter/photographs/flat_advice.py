@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from .coverage import LEAST
 from .flat import Maps, evenly, frame_of, points_of
-from .flat_photograph import FlatPhotograph, Lit, lit, observed
+from .flat_photograph import FlatPhotograph, Lit, observed, shading_geometry
 from .flat_solving import DIFFERENCE, NOISE, STEEP, normals_of, radiances, scale_of, slopes_of
 
 _TEXELS = 100               # that are looked at
@@ -75,7 +75,7 @@ def next_lamp(maps: Maps, photographs: Sequence[FlatPhotograph], places: ArrayLi
              if places is None else np.asarray(places, dtype=float).reshape(-1, 3))
     intensity = np.median([each.intensity for each in photographs], axis=0)
     least = scale.min(axis=1, keepdims=True)
-    shown, change = _derivatives(maps, lit(points, np.tile(camera, (len(tried), 1)), tried, np.tile(
+    shown, change = _derivatives(maps, shading_geometry(points, np.tile(camera, (len(tried), 1)), tried, np.tile(
         intensity, (len(tried), 1))), slopes, weights, frame)
     change /= np.maximum(least, NOISE * shown)[..., None]
     grown = np.einsum("npci,nij,npdj->npcd", change, covariance, change, optimize=True) + np.eye(change.shape[2])

@@ -95,7 +95,7 @@ class Observed(NamedTuple):
                         self.good[:, which])
 
 
-def lit(points: FloatArray, camera: FloatArray, lamp: FloatArray, intensity: FloatArray) -> Lit:
+def shading_geometry(points: FloatArray, camera: FloatArray, lamp: FloatArray, intensity: FloatArray) -> Lit:
     """How points (n, 3) look at cameras (p, 3) and lamps (p, 3) of the intensities (p, channels)."""
     to_lamp, to_camera = (place - points[:, None] for place in (lamp, camera))
     far = np.linalg.norm(to_lamp, axis=2, keepdims=True)
@@ -110,7 +110,7 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
     """
     camera, lamp, intensity = (np.array([getattr(each, name) for each in photographs])
                                for name in ("camera", "lamp", "intensity"))
-    seen = lit(points, camera, lamp, intensity)
+    seen = shading_geometry(points, camera, lamp, intensity)
     shape = (len(points), *intensity.shape)
     radiance, noise, good = np.zeros(shape), np.zeros(shape), np.zeros(shape[:2], bool)
     pixel = np.zeros((len(points), 2))
@@ -120,10 +120,10 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
         if k == 0 or not same or (each.camera != before.camera).any():
             pixel = pixel_of(each.rays, -seen.view[:, k])
         corner, share, inside = corners_of(pixel, each.radiance.shape[:2])
-        radiance[:, k] = between(each.radiance, corner, share)
-        noise[:, k] = each.floor if each.noise is None else np.maximum(between(each.noise, corner, share),
+        radiance[:, k] = interpolate_bilinear(each.radiance, corner, share)
+        noise[:, k] = each.floor if each.noise is None else np.maximum(interpolate_bilinear(each.noise, corner, share),
                                                                        _LEAST_NOISE * each.floor)
-        good[:, k] = inside & (between(each.counts[..., None], corner, share)[:, 0] > 1 - _TOUCHED)
+        good[:, k] = inside & (interpolate_bilinear(each.counts[..., None], corner, share)[:, 0] > 1 - _TOUCHED)
     steepest = np.minimum(seen.light @ normal, seen.view @ normal)
     return Observed(seen, radiance, noise, good & (steepest > np.cos(STEEPEST)))
 
@@ -139,9 +139,9 @@ def texel_means(light: Light, places: FloatArray, count: int) -> Light:
         place = ((1 - v) * ((1 - u) * places[:-1, :-1] + u * places[:-1, 1:])
                  + v * ((1 - u) * places[1:, :-1] + u * places[1:, 1:])).reshape(-1, 2)
         corner, share, inside = corners_of(place, light.known.shape)
-        counts = (inside & (between(light.known[..., None], corner, share)[:, 0] > 1 - _TOUCHED))[:, None]
-        radiance += np.where(counts, between(light.radiance, corner, share), 0)
-        variance += np.where(counts, between(light.noise, corner, share) ** 2, 0)
+        counts = (inside & (interpolate_bilinear(light.known[..., None], corner, share)[:, 0] > 1 - _TOUCHED))[:, None]
+        radiance += np.where(counts, interpolate_bilinear(light.radiance, corner, share), 0)
+        variance += np.where(counts, interpolate_bilinear(light.noise, corner, share) ** 2, 0)
         number += counts
     some = np.maximum(number, 1)
     shape = height, width, -1
@@ -199,7 +199,7 @@ def corners_of(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, Fl
     return corner, held - corner, np.asarray((np.abs(place - held) < _BESIDE).all(axis=1))
 
 
-def between(picture: RealArray | BoolArray, corner: FloatArray, share: FloatArray) -> FloatArray:
+def interpolate_bilinear(picture: RealArray | BoolArray, corner: FloatArray, share: FloatArray) -> FloatArray:
     """A picture (h, w, k) at places between its pixels: (n, k)."""
     (row, column), y, x = corner.T, share[:, :1], share[:, 1:]
     return np.asarray((1 - y) * ((1 - x) * picture[row, column] + x * picture[row, column + 1])

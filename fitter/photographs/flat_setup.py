@@ -63,7 +63,7 @@ from .flat import frame_of, pixels_of, points_of, texel_corners
 from .flat_chrome import View, chrome_ball, lamps_shown
 from .flat_finding import MOST_MATERIALS
 from .flat_judging import lamp_brightness
-from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of, texel_means
+from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, texel_means
 from .lamp_scale import Measured
 from .lamps import PLACED, Lamp, alike, placed_lamp, with_light_positions
 from .light import Light, same_pictures
@@ -147,9 +147,9 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     # directions of light positions are the camera's until it is known how that is turned
     description, notes = with_light_positions(description, path, np.eye(3))
     table = Table(description, "", path)
-    tables = _kept(table, [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")])
+    tables = _select(table, [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")])
     camera, lamp = table.table("camera"), table.table("lamp")
-    pictures = Pictures.of(camera, lamp)
+    pictures = Pictures.from_tables(camera, lamp)
     height, width = size_of(tables, path)
     mask = mask_of(sample, (height, width))
     if corners is not None:
@@ -164,7 +164,7 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     if off > _OFF:
         raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
                                       f"{_OFF:g} pixels: one is {off:.1f} off")
-    window = _Window.of(view, whole, places, shape, mask)
+    window = _Window.enclosing(view, whole, places, shape, mask)
     lights = lights_of(tables, pictures, path, window.part, window.reduced)
     found = _lamps(table, tables, pictures, view, ball)
     if missing := [name_of(each) for each, one in zip(tables, found, strict=True) if one is None]:
@@ -227,7 +227,7 @@ def _lamps(table: Table, shots: list[Table], pictures: Pictures, view: View,
     return [placed_lamp(each, np.zeros(3), view.turn if lamp.has("positions") else None, ball) for each in shots]
 
 
-def _kept(table: Table, shots: list[Table]) -> list[Table]:
+def _select(table: Table, shots: list[Table]) -> list[Table]:
     """The photographs but those that are to be left out, by the names of their files."""
     names = {path.name for path in table.files("leave_out")} if table.has("leave_out") else set()
     missing = names - {path.name for shot in shots for path in shot.files("files")}
@@ -332,8 +332,8 @@ def _without_rim(lights: list[Light], toward: FloatArray, pose: _Pose, half: Flo
     filled = []
     for light in lights:
         radiance, noise, known = light.radiance.copy(), light.noise.copy(), light.known.copy()
-        radiance[rim], noise[rim] = (between(each, corner, share) for each in light[:2])
-        known[rim] = between(light.known[..., None].astype(float), corner, share)[:, 0] > 1 - 1e-9
+        radiance[rim], noise[rim] = (interpolate_bilinear(each, corner, share) for each in light[:2])
+        known[rim] = interpolate_bilinear(light.known[..., None].astype(float), corner, share)[:, 0] > 1 - 1e-9
         filled.append(Light(radiance, noise, known))
     return filled
 
@@ -352,7 +352,7 @@ class _Window(NamedTuple):
     """Pixels of a texel along both axes."""
 
     @classmethod
-    def of(cls, view: View, whole: FloatArray, places: FloatArray, shape: tuple[int, int],
+    def enclosing(cls, view: View, whole: FloatArray, places: FloatArray, shape: tuple[int, int],
            mask: BoolArray | None) -> "_Window":
         """Of pictures in which the corners `whole` (4, 3) of a sample are at these places, (4, 2)."""
         first, last = np.floor(places.min(axis=0)) - _BESIDE, np.ceil(places.max(axis=0)) + _BESIDE

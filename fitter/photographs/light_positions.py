@@ -52,10 +52,10 @@ def read(path: str | Path) -> LightPositions:
     if len(rows) != count or not count:
         raise DatasetError(f"line 1: {count} photographs are promised, {len(rows)} lines follow", path)
     named = [_row(line, number, path) for number, line in rows]
-    return _found([name for name, _ in named], [direction for _, direction in named], path)
+    return _positions([name for name, _ in named], [direction for _, direction in named], path)
 
 
-def _found(names: list[str], directions: list[FloatArray], path: Path) -> LightPositions:
+def _positions(names: list[str], directions: list[FloatArray], path: Path) -> LightPositions:
     if not np.any(directions):
         raise DatasetError("no light was found for any of the photographs", path)
     return LightPositions(tuple(names), np.array(directions))
@@ -70,12 +70,12 @@ def _project(text: str, path: Path) -> LightPositions:
     images, lights = (values.get(key) if isinstance(values, dict) else None for key in ("images", "lights"))
     if isinstance(images, list) and images and all(isinstance(each, dict) for each in images):
         folder = str(values.get("folder") or ".")
-        return _found([str(Path(folder, str(each.get("filename", "")))) for each in images],
-                      [np.zeros(3) if each.get("skip") is True else _of_project(each.get("direction"), number, path)
-                       for number, each in enumerate(images, start=1)], path)
+        return _positions([str(Path(folder, str(each.get("filename", "")))) for each in images],
+                          [np.zeros(3) if each.get("skip") is True else _of_project(each.get("direction"), number, path)
+                           for number, each in enumerate(images, start=1)], path)
     if isinstance(lights, list) and lights and len(lights) % 3 == 0:
-        return _found([""] * (len(lights) // 3),
-                      [_of_project(lights[k:k + 3], k // 3 + 1, path) for k in range(0, len(lights), 3)], path)
+        return _positions([""] * (len(lights) // 3),
+                          [_of_project(lights[k:k + 3], k // 3 + 1, path) for k in range(0, len(lights), 3)], path)
     raise DatasetError("a project without images that have directions, or lights of three numbers each", path)
 
 

@@ -41,7 +41,7 @@ class Pictures:
     _known: dict[tuple[str, str], Light] = field(default_factory=dict)      # of the whole lamp, by key and part
 
     @classmethod
-    def of(cls, camera: Table, lamp: Table) -> "Pictures":
+    def from_tables(cls, camera: Table, lamp: Table) -> "Pictures":
         """As the tables `camera` and `lamp` say."""
         encoding = camera.value("encoding")
         if encoding not in (None, *ENCODINGS):

@@ -162,7 +162,7 @@ def resolved(description: Description, path: str | Path) -> Resolved:
     """
     checked, path = _checked(description, path), Path(path)
     table = checked.table
-    pictures = Pictures.of(table.table("camera"), table.table("lamp"))
+    pictures = Pictures.from_tables(table.table("camera"), table.table("lamp"))
     lights = lights_of(table.tables("photograph"), pictures, path)
     stage = _stage(table, lights, pictures, path)
     lamps, are_far = _lamps(table, pictures, stage, path)
@@ -287,7 +287,7 @@ def _chrome_ball(chrome: Table, shown: Sequence[RealArray], stage: _Stage) -> Ch
 def _photographs(checked: _Checked, path: Path) -> tuple[list[BallPhotograph], tuple[str, ...]]:
     """The photographs of a description, and notes of how they were read."""
     table = checked.table
-    pictures = Pictures.of(table.table("camera"), table.table("lamp"))
+    pictures = Pictures.from_tables(table.table("camera"), table.table("lamp"))
     tables = table.tables("photograph")
     lights = lights_of(tables, pictures, path)
     stage = _stage(table, lights, pictures, path)

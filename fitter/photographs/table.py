@@ -19,7 +19,7 @@ class Table:
 
     def __init__(self, values: Any, where: str, path: Path) -> None:
         if not isinstance(values, dict):
-            raise DatasetError(f"{where} is {_shown(values)}, expected a table", path)
+            raise DatasetError(f"{where} is {_abbreviate(values)}, expected a table", path)
         self._values, self._where, self.path = dict(values), where, path
 
     def _name(self, key: str) -> str:
@@ -27,7 +27,7 @@ class Table:
 
     def error(self, key: str, expected: str) -> DatasetError:
         """What to raise where the value of a key is not as expected."""
-        value = f"is {_shown(self._values[key])}" if key in self._values else "is missing"
+        value = f"is {_abbreviate(self._values[key])}" if key in self._values else "is missing"
         return DatasetError(f"{self._name(key)} {value}, expected {expected}", self.path)
 
     def has(self, key: str) -> bool:
@@ -108,6 +108,6 @@ def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
-def _shown(value: object) -> str:
+def _abbreviate(value: object) -> str:
     text = repr(value)
     return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."

@@ -22,7 +22,7 @@ def hemisphere(random, count):
 
 
 def value(kind, form, wo, wi, tangent=(1.0, 0, 0)):
-    return node_lobes.evaluate(kind, form, Pairs.of(wo[None], wi[None], np.array([tangent])))[0]
+    return node_lobes.evaluate(kind, form, Pairs.make(wo[None], wi[None], np.array([tangent])))[0]
 
 
 @pytest.mark.parametrize("kind", node_lobes.FACETS)
@@ -101,7 +101,7 @@ def sphere(pole):
 
 
 def density(kind, form, wo, wi):
-    return node_lobes.density(kind, form, Pairs.of(wo[None], wi[None], np.array([[1.0, 0, 0]])))[0]
+    return node_lobes.density(kind, form, Pairs.make(wo[None], wi[None], np.array([[1.0, 0, 0]])))[0]
 
 
 @pytest.mark.parametrize("kind", ["diffuse", *node_lobes.FACETS])
@@ -152,7 +152,7 @@ def test_the_gradient_is_that_of_small_steps(random, kind, form, theta_o):
         moved[axis] += step
         return shape(np.exp(moved[0]), moved[1], np.sign(moved[2]) * (1 - np.exp(-abs(moved[2]))))
 
-    pairs = Pairs.of(direction(theta_o, 0.4)[None], hemisphere(random, 2000)[None], np.array([[1.0, 0, 0]]))
+    pairs = Pairs.make(direction(theta_o, 0.4)[None], hemisphere(random, 2000)[None], np.array([[1.0, 0, 0]]))
     found, step = node_lobes.gradient(kind, shape(*form), pairs)[:, 0], 1e-5
     for axis, slope in enumerate(found):
         before, after = (node_lobes.evaluate(kind, variables_moved(axis, side * step), pairs)[0] for side in (-1, 1))

@@ -27,7 +27,7 @@ class Lobes:
         shape = np.broadcast_shapes(theta_i.shape)
         wi = np.stack([np.sin(theta_i) * np.cos(phi), np.sin(theta_i) * np.sin(phi), np.cos(theta_i)], axis=-1)
         wo = np.stack([np.sin(theta_o), 0 * theta_o, np.cos(theta_o)], axis=-1)
-        pairs = Pairs.of(wo, wi[:, None], np.broadcast_to([1.0, 0, 0], wo.shape))
+        pairs = Pairs.make(wo, wi[:, None], np.broadcast_to([1.0, 0, 0], wo.shape))
         total = np.zeros((*shape, 3))
         for (kind, *form), colour in zip(CONSTANT, self.colours, strict=False):
             lobe = node_lobes.evaluate(kind, Shape(*(np.full(shape, number) for number in form)), pairs)[:, 0]
@@ -126,7 +126,7 @@ def density(mixture, theta_o, wi):
         return np.stack([np.interp(theta_o, mixture.theta, column) for column in table.T])
 
     wo, shape = half_vector_grid.outgoing(theta_o, 0.0), [at(each) for each in mixture.shape]
-    pairs = Pairs.of(wo[None], wi[None], np.array([[1.0, 0, 0]]))
+    pairs = Pairs.make(wo[None], wi[None], np.array([[1.0, 0, 0]]))
     lobes = [node_lobes.density(kind, Shape(*(each[[number]] for each in shape)), pairs)[0]
              for number, kind in enumerate(mixture.kinds)]
     return at(mixture.sampling.shares) @ np.array([*lobes, np.full(len(wi), 0.5 / np.pi)])

@@ -294,7 +294,7 @@ def test_a_texel_is_the_mean_of_its_pixels(openimageio, random, tmp_path, is_rea
 
 def test_no_pixels_of_what_was_read_are_kept(written):
     """Nor by a view of none of them, which kept all in memory."""
-    pictures = Pictures.of(Table({}, "camera", written), Table({}, "lamp", written))
+    pictures = Pictures.from_tables(Table({}, "camera", written), Table({}, "lamp", written))
     pictures.light(Table({"files": ["lamp1.exr"]}, "photograph", written), "files")
     said, = pictures.said.values()
     assert said.stored.size == 0
