@@ -106,7 +106,10 @@ def _mixture(kinds: NDArray[Any], errors: NDArray[Any], colours: NDArray[Any], t
     lobes = len(kinds)
     channels = colours.shape[-1]
     # of the columns that `write` writes
-    widths = 1, lobes, lobes, lobes, lobes + 1, 1, channels, channels, channels
+    sampled = (lobes + 1, 1, channels, channels, channels)
+    widths = 1, lobes, lobes, lobes, *(sampled if len(colours) > 1 else len(sampled) * (0,))
+    if table.shape[1] != sum(widths):
+        raise ValueError(f"a mixture of {table.shape[1]} columns found, expected {sum(widths)}: `make zip` makes it")
     theta, *shape, shares, probability, albedo, left, balance = np.split(table.astype(float), np.cumsum(widths)[:-1],
                                                                          axis=1)
     colour, *below = colours.astype(float)

@@ -92,6 +92,15 @@ def test_a_damaged_file_is_refused(made, tmp_path, damage):
         ready.read(path)
 
 
+def test_a_file_of_another_state_of_the_code_is_refused(made, tmp_path):
+    """Its mixture lacks a column that the shader reads."""
+    path, sampling = tmp_path / "a.npz", made.nodes.cycles.sampling
+    fewer = made.nodes.cycles._replace(sampling=sampling._replace(balance=sampling.balance[:, :0]))
+    ready.write(made._replace(nodes=made.nodes._replace(cycles=fewer)), path)
+    with pytest.raises(fitter.DatasetError, match=r"a\.npz.*a mixture of \d+ columns found, expected \d+"):
+        ready.read(path)
+
+
 def test_metals_that_look_black_are_not_offered():
     """What is reflected of the light that falls straight on the surface: the integral of the formula."""
     out = {each.name for each in published.materials().values()} - {each.name for each in published.offered()}
