@@ -11,7 +11,7 @@ def __getattr__(name: str) -> object:
     """The exporter of glTF looks for this name in the add-ons."""
     if name != "glTF2ExportUserExtension":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from .addon.core.export_follow import GltfHook
+    from .addon.core.shading.export_follow import GltfHook
 
     return GltfHook
 

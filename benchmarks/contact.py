@@ -27,11 +27,11 @@ import bpy
 import numpy as np
 
 import fitter
-from fitter import ready
 from fitter.cycles.node_mixture import node_mixtures
 from fitter.formats import list_samples
-from fitter.pictures import srgb
-from fitter.published import offered
+from fitter.imaging.pictures import srgb
+from fitter.library import ready
+from fitter.model.published import offered
 from support import ball_files, checkout, kept, stage
 
 from .black_pixels import three_lamps

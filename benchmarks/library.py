@@ -17,10 +17,11 @@ import time
 
 import numpy as np
 
-from fitter import published, ready
+from fitter.imaging.pictures import lit_sphere
+from fitter.library import ready
 from fitter.methods import regression_kriging
 from fitter.methods.gaussian_process import Kernel
-from fitter.pictures import lit_sphere
+from fitter.model import published
 from support.evidence import show_table
 from support.library import albedo_error, swapped_error
 

@@ -1,7 +1,7 @@
 """What of translucent materials is worked out by photons: how much farther the light of Cycles' walks leaves, and how
 far its walks with other radii then are from the truth.
 
-`--factors` prints the table of `fitter.subsurface`, in some ten minutes. Otherwise it prints, for each material
+`--factors` prints the table of `fitter.optics.subsurface`, in some ten minutes. Otherwise it prints, for each material
 of the library and each channel, what leaves again and the radii within which half and nine tenths of that do, below a
 surface, and by the walk with the inputs that the extension gives it.
 """
@@ -11,8 +11,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fitter import published, subsurface
-from fitter.subsurface import Subsurface
+from fitter.model import published
+from fitter.optics import subsurface
+from fitter.optics.subsurface import Subsurface
 from support import photons
 
 SHARES = 0.5, 0.9

@@ -22,8 +22,8 @@ from pathlib import Path
 
 import bpy
 
+from fitter.imaging.pictures import srgb
 from fitter.model.fit import notation
-from fitter.pictures import srgb
 from support import sheet, synthetic
 from support.checkout import ROOT, extension
 from support.stage import lit_sphere, render, suzanne

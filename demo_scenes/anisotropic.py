@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from fitter.pictures import srgb
+from fitter.imaging.pictures import srgb
 from support import anisotropic_tables, sheet
 from support.checkout import ROOT, extension
 from support.stage import add_lamp, background, black_scene, blank_material, look, render, rotation_toward
@@ -162,7 +162,7 @@ def brushed_pan(samples=SAMPLES, choices=STANDARD):
 
 def satin_cloth(samples=SAMPLES, choices=STANDARD):
     """The cloth hanging in folds, its warp running across them."""
-    from measured_brdf.addon.core import tangents
+    from measured_brdf.addon.core.shading import tangents
 
     scene = studio(samples)
     cloth()

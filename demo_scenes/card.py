@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 import fitter
-from fitter import ready
+from fitter.library import ready
 from support import ball_files, checkout, flat_files, flat_scene, sheet, stage
 
 OUT = checkout.ROOT / "build" / "demo" / "measured_card.png"

@@ -15,7 +15,7 @@ import bpy
 
 from benchmarks import ordinary
 from fitter.formats import is_there, list_samples
-from fitter.published import name_in
+from fitter.model.published import name_in
 from support import synthetic
 from support.checkout import ROOT, extension
 from support.stage import background, black_scene, look, set_input

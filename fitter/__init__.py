@@ -23,21 +23,21 @@ from . import interrupts
 if sys.argv[:1] == ["-m"]:      # `python -m fitter` imports this first, which takes a second
     interrupts.end_at_once()
 
-from .editing import edited
 from .errors import ColumnsUnknownError, DatasetError, ImplausibleError, SampleUnknownError, UnitsUnknownError
 from .formats import load
 from .methods import fit
+from .methods.editing import edited
+from .methods.presets import PRESETS
+from .methods.tolerance import fit_within
 from .model.fit import Fit
 from .model.mix import Mix
+from .model.published import list_published, load_published
 from .photographs.ball import BallPhotograph
 from .photographs.flat import Maps, maps_from_flat
 from .photographs.flat_photograph import FlatPhotograph
 from .photographs.samples import samples_from_ball
-from .presets import PRESETS
-from .published import list_published, load_published
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
-from .tolerance import fit_within
 
 __all__ = ["PRESETS", "BallPhotograph", "ColumnsUnknownError", "DatasetError", "ErrorMetrics", "Fit", "FlatPhotograph",
            "ImplausibleError", "Maps", "Mix", "SampleUnknownError", "Samples", "UnitsUnknownError", "channel_metrics",

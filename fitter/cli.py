@@ -24,9 +24,9 @@ from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .errors import printable
-from .files import replacing
 from .formats import KNOWN_FILES, list_samples, reading, saved_samples
 from .methods import METHODS
+from .model.published import name_in
 from .photographs import flat_maps
 from .photographs.ball_advice import advice, left_out
 from .photographs.descriptions import read
@@ -34,9 +34,9 @@ from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tiled
 from .photographs.setup import measured
-from .published import name_in
 from .quality import albedo, verdict
 from .quality.describe import describe
+from .storage.files import replacing
 
 BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
 _NOT_GIVEN = object()       # None means plain MBA

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from .errors import printable
-from .files import replacing, without_folders
 from .formats import list_samples, load
 from .methods import fit
+from .methods.presets import PRESETS
 from .model.fit import Fit, notation
-from .presets import PRESETS
 from .quality import cross_validation
 from .quality.metrics import error_metrics
 from .samples import Samples
+from .storage.files import replacing, without_folders
 
 MANY = 2000                 # samples: of more, one fold of the five is held out
 COLUMNS = {"fit": "", "bytes": ",", "rmse": ".4g", "mae": ".4g", "mre": ".4g", "cube_root_rmse": ".4g",

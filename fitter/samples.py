@@ -8,7 +8,7 @@ import numpy as np
 from .arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray
 from .colours import COLOURS, DEFAULT
 from .errors import DatasetError
-from .subsurface import Subsurface
+from .optics.subsurface import Subsurface
 
 RGB = ("R", "G", "B")
 HORIZON = np.pi / 2

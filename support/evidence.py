@@ -12,14 +12,14 @@ import tokenize
 from .checkout import ROOT
 
 BEGIN, END = "<!-- evidence: {} -->", "<!-- /evidence -->"
-FITS = ("fitter/arrays.py", "fitter/colours.py", "fitter/coordinates", "fitter/fresnel.py", "fitter/lattice",
-        "fitter/least_squares.py", "fitter/methods", "fitter/model", "fitter/presets.py",
+FITS = ("fitter/arrays.py", "fitter/colours.py", "fitter/coordinates", "fitter/optics/fresnel.py", "fitter/lattice",
+        "fitter/least_squares.py", "fitter/methods", "fitter/model",
         "fitter/quality/cross_validation.py", "fitter/quality/physics.py", "fitter/samples.py",
-        "fitter/shader_constants.py", "fitter/subsurface.py")
+        "fitter/shader_constants.py", "fitter/optics/subsurface.py")
 """What the errors of fits depend on."""
 BAKED = (*FITS, "fitter/cycles", "osl")
 """What shaders and closures depend on."""
-SHADER = (*BAKED, "addon/core/closure_nodes.py", "addon/core/lamps", "addon/core/node_group.py")
+SHADER = (*BAKED, "addon/core/shading/closure_nodes.py", "addon/core/lamps", "addon/core/shading/node_group.py")
 """What rendered pictures depend on."""
 _SUFFIXES = {".py", ".osl", ".h", ".csv"}
 

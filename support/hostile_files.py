@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter import npz
+from fitter.storage import npz
 from support import hostile_fits, mbsdf_files, tensor_files
 from support.checkout import ROOT
 

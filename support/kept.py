@@ -144,7 +144,7 @@ def keep(package):
     for module, name in (("methods", "prepare"), ("cycles.node_mixture", "cycles_mixture"),
                          ("cycles.node_mixture", "node_mixtures"), ("cycles.principled", "principled")):
         replace(importlib.import_module(f"{package}.{module}"), name)
-    replace(importlib.import_module(f"{package}.pictures"), "lit_sphere", lambda: _code(("fitter",)))
+    replace(importlib.import_module(f"{package}.imaging.pictures"), "lit_sphere", lambda: _code(("fitter",)))
 
 
 def keep_all():
@@ -153,7 +153,7 @@ def keep_all():
 
     keep("measured_brdf.fitter")
     compiler, process = (importlib.import_module(f"measured_brdf.addon.{name}") for name in (
-        "core.compiler", "work.process"))
+        "core.shading.compiler", "work.process"))
     code = (bpy.app.version_string + bpy.app.build_hash.decode()).encode() + Path(compiler.__file__).read_bytes()
     replace(compiler, "_bytecode", lambda: code)
     process._SCRIPT = ROOT / "support" / "kept_worker.py"

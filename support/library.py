@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fitter import published
 from fitter.arrays import selected
 from fitter.methods.energy import reflected_light
+from fitter.model import published
 from fitter.quality.cross_validation import cube_root
 
 DEGREES = 5, 15, 30, 45, 60, 75

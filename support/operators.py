@@ -11,7 +11,7 @@ def methods(operator):
 def default_choices():
     """The settings of a fit that nobody has changed, of no file yet: a namespace."""
     import bpy
-    from measured_brdf.addon.core.properties import CHOICES
+    from measured_brdf.addon.core.storage.properties import CHOICES
 
     settings = bpy.types.Material.bl_rna.properties["measured_brdf"].fixed_type.properties
     return SimpleNamespace(**{name: settings[name].default for name in CHOICES})

@@ -28,13 +28,14 @@ def main():
         bpy.ops.measured_brdf.import_data(filepath="published:pink-felt", preset="Paper", diffuse_level=1,
                                           specular_level=-1)
         material = bpy.data.materials[NAME]
-        node = extension.addon.core.material.group_node(material)
+        node = extension.addon.core.shading.material.group_node(material)
         for name, value in INPUTS.items():
             node.inputs[name].default_value = value
         normal = material.node_tree.nodes.new("ShaderNodeNormalMap")
         normal.name, normal.inputs["Strength"].default_value = "Mine", 0
         material.node_tree.links.new(normal.outputs["Normal"], node.inputs["Normal"])
-        extension.addon.core.node_group.script_node(node.node_tree).bytecode = material.measured_brdf.sphere = ""
+        script = extension.addon.core.shading.node_group.script_node(node.node_tree)
+        script.bytecode = material.measured_brdf.sphere = ""
         with tempfile.TemporaryDirectory() as folder:
             plain = Path(folder, "plain.blend")
             bpy.data.libraries.write(str(plain), {material})

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from fitter.pictures import srgb
+from fitter.imaging.pictures import srgb
 
 from .stage import add, black_scene, blank_material, render
 

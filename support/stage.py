@@ -169,8 +169,8 @@ def material_for(fit, nodes=None):
 
     `nodes` may be `fitter.cycles.node_mixture.Nodes` in the place of the fit's own, which take a second to make.
     """
-    from measured_brdf.addon.core import node_group
-    from measured_brdf.addon.core.compiler import compile_shader
+    from measured_brdf.addon.core.shading import node_group
+    from measured_brdf.addon.core.shading.compiler import compile_shader
     from measured_brdf.fitter.cycles.bake import bake
 
     material, group, surface = blank_material("Measured", "ShaderNodeGroup")

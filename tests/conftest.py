@@ -148,7 +148,7 @@ _known = {}
 def quick(extension, monkeypatch):
     """Do work that is independent of the open file (fitting, baking, compiling) once for all tests."""
     from measured_brdf.addon.work import tasks
-    from measured_brdf.fitter import pictures
+    from measured_brdf.fitter.imaging import pictures
 
     def remember(function):
         def remembered(*arguments, **more):

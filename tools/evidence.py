@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from fitter.files import replacing
+from fitter.storage.files import replacing
 from support.checkout import ROOT
 from support.evidence import END, FITS, SHADER, digest
 
@@ -69,7 +69,7 @@ class Entry:
 ENTRIES = {
     "stability": Entry("python -m tools.stability", ("stability",), (*FITS, "support/hard_cases.py")),
     "weight": Entry("python -m benchmarks.weight", ("weight",), (
-        *SHADER, "benchmarks/weight.py", "addon/core/bytecode.py")),
+        *SHADER, "benchmarks/weight.py", "addon/core/shading/bytecode.py")),
     "starts": Entry("python -m benchmarks.starts", ("starts", "starts-animation"), (*SHADER, "benchmarks/starts.py")),
     "black-pixels": Entry("python -m benchmarks.black_pixels", ("black-pixels", "black-pixels-most"),
                           (*SHADER, "benchmarks/black_pixels.py")),
@@ -80,7 +80,7 @@ ENTRIES = {
     "rims": Entry("python -m benchmarks.rims", ("rims-rgl", "rims-others"), (
         *FITS, "benchmarks/rims.py", "support/rims.py")),
     "library": Entry("python -m benchmarks.library --picture docs/library_balls.png", ("library",), (
-        *FITS, "fitter/published.py", "fitter/ready.py", "benchmarks/library.py", "support/library.py"),
+        *FITS, "fitter/model/published.py", "fitter/library/ready.py", "benchmarks/library.py", "support/library.py"),
         ("library_balls.png",)),
     "rings": Entry("python -m benchmarks.rings", ("rings",), (
         *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/rings.py")),

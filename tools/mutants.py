@@ -45,13 +45,13 @@ _SECONDS = 8, 40, 200       # of the tests that can notice: those that run first
 _LIMIT = 150, 200, 600      # s, for each of these; tests wait up to a minute for what does not come
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
-GUARDED = ("addon/core/checks.py", "addon/core/lamps", "addon/core/library_file.py", "addon/core/material.py",
-           "addon/core/transaction.py", "addon/importing/import_data.py", "addon/library/batch.py",
-           "addon/library/operators.py", "addon/work/blender_process.py", "addon/work/modal.py",
-           "addon/work/process.py", "addon/work/queue.py")
+GUARDED = ("addon/core/blender/transaction.py", "addon/core/checks.py", "addon/core/lamps",
+           "addon/core/libraries/library_file.py", "addon/core/shading/material.py", "addon/importing/import_data.py",
+           "addon/library/batch.py", "addon/library/operators.py", "addon/work/blender_process.py",
+           "addon/work/modal.py", "addon/work/process.py", "addon/work/queue.py")
 # of what other processes run, which the map does not see
 _JOBS, _LIBRARY = "tests/addon/work/test_jobs.py", "tests/addon/library/test_library.py"
-UNSEEN = {"addon/core/library_file.py": (_LIBRARY,), "addon/library/batch.py": (_LIBRARY,),
+UNSEEN = {"addon/core/libraries/library_file.py": (_LIBRARY,), "addon/library/batch.py": (_LIBRARY,),
           "addon/work/blender_process.py": (_JOBS,), "addon/work/process.py": (_JOBS,)}
 
 

@@ -13,7 +13,8 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")      # each process uses one processor
 
-from fitter import published, ready
+from fitter.library import ready
+from fitter.model import published
 from support import kept
 
 kept.keep("fitter")

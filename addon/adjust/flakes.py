@@ -2,10 +2,10 @@
 
 import bpy
 
-from ..core import material as materials
-from ..core import shared_groups
-from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
+from ..core.blender import shared_groups
+from ..core.blender.active_material import active_material, is_editable
+from ..core.shading import material as materials
 
 _KIND = "Flakes"
 _NORMAL = "Normal"          # input of the groups, and input and output of the flakes'

@@ -15,13 +15,14 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, EnumProperty
 
-from ...fitter.variations import variation
-from ..core import compiler, edits
-from ..core import material as materials
-from ..core.active_material import active_material, is_editable
+from ...fitter.library.variations import variation
 from ..core.annotations import OperatorResult, not_none
-from ..core.outcomes import Surface
-from ..core.transaction import by_session_uid
+from ..core.blender.active_material import active_material, is_editable
+from ..core.blender.transaction import by_session_uid
+from ..core.shading import compiler
+from ..core.shading import material as materials
+from ..core.storage import edits
+from ..core.storage.outcomes import Surface
 from ..work import modal, process, queries, tasks
 from ..work.modal import InBackground, Steps
 from . import settings as adjustments

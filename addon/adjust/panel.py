@@ -2,10 +2,10 @@
 
 import bpy
 
-from ..core import edits
-from ..core import material as materials
-from ..core.active_material import active_material
 from ..core.annotations import not_none
+from ..core.blender.active_material import active_material
+from ..core.shading import material as materials
+from ..core.storage import edits
 from ..panel.layout import MaterialPanel, choices, is_narrow, name_beside_value
 from . import flakes
 from .operators import VARIATIONS, MEASUREDBRDF_OT_adjust

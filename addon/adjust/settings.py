@@ -9,8 +9,8 @@ import numpy as np
 from bpy.props import FloatProperty, FloatVectorProperty, PointerProperty
 
 from ...fitter.model.edit import COAT_WIDTHS, WIDTHS
-from ..core import edits
 from ..core.annotations import Arguments
+from ..core.storage import edits
 
 ADJUSTMENTS = ("diffuse_gain", "diffuse_tint", "highlight_gain", "highlight_tint", "highlight_width", "coat",
                "coat_roughness")

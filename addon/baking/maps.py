@@ -1,7 +1,7 @@
 """A measured material as images for programs that know no measurements: base colour, roughness, metallic and normal.
 
-They are what is exported (`core.export_surface`), at a size, of the closest BSDF that these can hold; how far they are
-from the material's fits is worked out at some texels.
+They are what is exported (`core.shading.export_surface`), at a size, of the closest BSDF that they can hold; how far
+they are from the fits of the material is worked out at some texels.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import bpy
 import numpy as np
 
 from ...fitter.colours import DEFAULT, conversion
+from ...fitter.cycles.metallic_roughness import closest, difference
 from ...fitter.cycles.principled_bsdf import Principled
-from ...fitter.metallic_roughness import closest, difference
 from ...fitter.model import is_isotropic
 from ...fitter.model.mix import Mix
-from ..core import export_inputs, export_surface, mixing
-from ..core import material as materials
 from ..core.annotations import not_none
-from ..core.reading import scene_colours
+from ..core.shading import export_inputs, export_surface, mixing
+from ..core.shading import material as materials
+from ..core.storage.reading import scene_colours
 from ..work import queries, tasks
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 
 from ...fitter.quality import verdict
-from ..core import export_surface
-from ..core import material as materials
-from ..core.active_material import active_material
 from ..core.annotations import OperatorResult, not_none
-from ..core.transaction import new_data_removed_on_error
+from ..core.blender.active_material import active_material
+from ..core.blender.transaction import new_data_removed_on_error
+from ..core.shading import export_surface
+from ..core.shading import material as materials
 from ..panel.layout import name_beside_value
 from .maps import COLOUR, Maps, bake
 

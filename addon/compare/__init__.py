@@ -1,7 +1,8 @@
 """A measured material beside another: pictures, curves and numbers, and renders of both."""
 
-from ..core import look, manual
+from ..core import manual
 from ..core.registration import Registration
+from ..core.shading import look
 from ..panel import menu
 from ..work import command
 from . import curves, looks, operators, panel, presets, settings

@@ -7,24 +7,16 @@ from typing import Any, cast
 import bpy
 import numpy as np
 
-from ...fitter.drawing import Color
-from ...fitter.pictures import split
-from ...fitter.plane_plot import PAIR
+from ...fitter.imaging.drawing import Color
+from ...fitter.imaging.pictures import split
+from ...fitter.imaging.plane_plot import PAIR
 from ...fitter.quality import verdict
-from ..core import material as materials
-from ..core import rendered
 from ..core.annotations import not_none
-from ..core.outcomes import Kept, KeptMix, Shown, Wanted
-from ..core.properties import fit_arguments, is_as_fitted
-from ..panel.layout import (
-    MaterialPanel,
-    draw_picture,
-    draw_row,
-    draw_wrapped,
-    has_data,
-    is_narrow,
-    picture_scale,
-)
+from ..core.shading import material as materials
+from ..core.shading import rendered
+from ..core.storage.outcomes import Kept, KeptMix, Shown, Wanted
+from ..core.storage.properties import fit_arguments, is_as_fitted
+from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, has_data, is_narrow, picture_scale
 from ..work import icons, queries, queue
 from ..work.job import Job
 from . import settings as comparison

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import bpy
 
 from ...fitter.arrays import SingleArray
-from ..core import look
+from ..core.shading import look
 from ..work.recent import Recent
 from . import settings as comparison
 

@@ -5,10 +5,10 @@ from typing import Any
 
 import bpy
 
-from ..core import look
-from ..core import material as materials
-from ..core.active_material import active_material
 from ..core.annotations import OperatorResult, not_none
+from ..core.blender.active_material import active_material
+from ..core.shading import look
+from ..core.shading import material as materials
 from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work

@@ -3,9 +3,9 @@
 import bpy
 
 from ...fitter.arrays import SingleArray
-from ...fitter.pictures import split
-from ..core import material as materials
+from ...fitter.imaging.pictures import split
 from ..core.annotations import not_none
+from ..core.shading import material as materials
 from ..panel.layout import MaterialPanel, picture_scale
 from ..work import icons
 from . import looks

@@ -7,17 +7,10 @@ import bpy
 from ...fitter import PRESETS, Fit
 from ...fitter.model import Reflectance
 from ..core.annotations import Arguments, not_none
-from ..core.outcomes import Data, Wanted
-from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, name_of_fit
+from ..core.storage.outcomes import Data, Wanted
+from ..core.storage.properties import OFFERED, ORIGINAL, PRESET_ITEMS, name_of_fit
 from ..panel import costs
-from ..panel.layout import (
-    MaterialPanel,
-    draw_picture,
-    is_narrow,
-    picture_button,
-    picture_scale,
-    wrapped,
-)
+from ..panel.layout import MaterialPanel, draw_picture, is_narrow, picture_button, picture_scale, wrapped
 from ..work import queries
 from ..work.job import Job
 

@@ -9,8 +9,8 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty, PointerProperty
 
-from ..core import material as materials
-from ..core.look import BALL, LIGHTINGS, SHAPES, STUDIO
+from ..core.shading import material as materials
+from ..core.shading.look import BALL, LIGHTINGS, SHAPES, STUDIO
 
 
 def _is_shown(_settings: Any, material: bpy.types.Material) -> bool:

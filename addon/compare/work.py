@@ -7,7 +7,7 @@ import numpy as np
 from ...fitter import progress
 from ...fitter.arrays import FloatArray
 from ...fitter.quality import physics
-from ..core.outcomes import Kept, KeptMix
+from ..core.storage.outcomes import Kept, KeptMix
 from ..work.tasks import fit_of, kept_fit
 
 

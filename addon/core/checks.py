@@ -9,10 +9,12 @@ from typing import NamedTuple
 import bpy
 
 from ...fitter.shader_constants import MAX_LAMPS, MOST_MIXED
-from . import device, osl_support, rendered, tangents, versions
-from . import material as materials
+from . import versions
+from .blender import device, osl_support
 from .lamps import instances, light_objects, sky_moves
-from .properties import AUTOMATIC, EXACT, NODES
+from .shading import material as materials
+from .shading import rendered, tangents
+from .storage.properties import AUTOMATIC, EXACT, NODES
 
 
 class Finding(NamedTuple):

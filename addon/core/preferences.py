@@ -7,7 +7,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from . import manual
 from .annotations import not_none
-from .properties import PRESET_ITEMS, draw_presets
+from .storage.properties import PRESET_ITEMS, draw_presets
 
 _PACKAGE = __package__.rpartition(".addon")[0]
 

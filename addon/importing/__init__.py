@@ -5,17 +5,7 @@ import bpy
 from ..core import checks, manual
 from ..core.registration import Registration
 from ..panel import main, menu, nodes
-from . import (
-    colours,
-    details,
-    fit,
-    forget,
-    import_data,
-    measurements,
-    name_columns,
-    relink,
-    samples,
-)
+from . import colours, details, fit, forget, import_data, measurements, name_columns, relink, samples
 
 _OF_FILES = ((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."),
              (forget.MEASUREDBRDF_OT_forget_paths, "Forget Paths of Measurements"))

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 import bpy
 
 from ...fitter.colours import COLOURS
-from ..core import reading
 from ..core.checks import Finding
+from ..core.storage import reading
 
 
 def check(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:

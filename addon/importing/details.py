@@ -6,11 +6,11 @@ from typing import Any
 import bpy
 
 from ...fitter import PRESETS
-from ..core import material as materials
-from ..core import node_group
 from ..core.annotations import not_none
-from ..core.outcomes import Data
-from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, quality_summary
+from ..core.shading import material as materials
+from ..core.shading import node_group
+from ..core.storage.outcomes import Data
+from ..core.storage.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, quality_summary
 from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_value, wrapped
 from ..work import queries
 from . import fit

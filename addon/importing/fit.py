@@ -9,15 +9,15 @@ from bpy.props import EnumProperty, StringProperty
 from ...fitter import SampleUnknownError
 from ...fitter.formats import is_there
 from ...fitter.formats.reading import OPTIONS
-from ...fitter.presets import PRESET_DESCRIPTIONS
-from ..core import compiler, material, rendered
-from ..core.active_material import active_material, is_editable
+from ...fitter.methods.presets import PRESET_DESCRIPTIONS
 from ..core.annotations import OperatorResult, not_none
-from ..core.edits import edit_arguments
-from ..core.outcomes import Outcome
-from ..core.properties import CHOICES, PRESET_ITEMS, fit_arguments, quality_summary, use_preset
-from ..core.reading import load_arguments
-from ..core.transaction import by_session_uid
+from ..core.blender.active_material import active_material, is_editable
+from ..core.blender.transaction import by_session_uid
+from ..core.shading import compiler, material, rendered
+from ..core.storage.edits import edit_arguments
+from ..core.storage.outcomes import Outcome
+from ..core.storage.properties import CHOICES, PRESET_ITEMS, fit_arguments, quality_summary, use_preset
+from ..core.storage.reading import load_arguments
 from ..work import process, tasks
 from ..work.modal import InBackground, Steps, errors_reported
 

@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..core import paths
 from ..core.annotations import OperatorResult
+from ..core.storage import paths
 
 _LONG = "x" * 1023          # as long as the path of an image can be
 

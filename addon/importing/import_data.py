@@ -13,19 +13,12 @@ from ...fitter import ColumnsUnknownError, DatasetError, ImplausibleError, Sampl
 from ...fitter.formats import EXTENSIONS, choices_of, list_samples
 from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
-from ..core.properties import CHOICES, FitChoices, fit_arguments
-from ..core.reading import load_arguments
+from ..core.storage.properties import CHOICES, FitChoices, fit_arguments
+from ..core.storage.reading import load_arguments
 from ..panel.layout import name_beside_value
 from ..work import process, tasks
 from ..work.discovery import GLOB, sources_in
-from ..work.making import (
-    FromFolder,
-    MakesMaterials,
-    Outcomes,
-    begin_as_script,
-    begin_with_preference,
-    draw_choices,
-)
+from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_as_script, begin_with_preference, draw_choices
 from ..work.modal import AsksForPath, Steps, errors_reported
 
 DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average

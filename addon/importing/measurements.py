@@ -4,24 +4,17 @@ from typing import Any
 
 import bpy
 
-from ...fitter import ColumnsUnknownError, SampleUnknownError, published
+from ...fitter import ColumnsUnknownError, SampleUnknownError
 from ...fitter.formats import choices_of
-from ..core import material as materials
-from ..core.active_material import can_change
+from ...fitter.model import published
 from ..core.annotations import not_none
-from ..core.outcomes import Data
-from ..core.properties import OFFERED, is_as_fitted, is_preset
-from ..core.reading import draw_reading, other_colours, scene_colours
+from ..core.blender.active_material import can_change
+from ..core.shading import material as materials
+from ..core.storage.outcomes import Data
+from ..core.storage.properties import OFFERED, is_as_fitted, is_preset
+from ..core.storage.reading import draw_reading, other_colours, scene_colours
 from ..panel.costs import draw_cost
-from ..panel.layout import (
-    MaterialPanel,
-    choices,
-    draw_value,
-    draw_warning,
-    draw_wrapped,
-    has_data,
-    name_beside_value,
-)
+from ..panel.layout import MaterialPanel, choices, draw_value, draw_warning, draw_wrapped, has_data, name_beside_value
 from ..work import queries
 from ..work.job import Job
 from . import fit, name_columns, relink, samples

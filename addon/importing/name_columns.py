@@ -8,9 +8,9 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProp
 
 from ...fitter import DatasetError
 from ...fitter.formats import names, preview
-from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
-from ..core.properties import FitChoices
+from ..core.blender.active_material import active_material, is_editable
+from ..core.storage.properties import FitChoices
 from ..panel.layout import name_beside_value
 from ..work.making import HasTarget, begin_with_preference
 from ..work.modal import errors_reported

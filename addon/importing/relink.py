@@ -8,11 +8,11 @@ from bpy.props import BoolProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.formats import is_there
-from ..core.active_material import active_material, can_change, is_editable
 from ..core.annotations import OperatorResult, not_none
-from ..core.paths import absolute
-from ..core.reading import load_arguments
-from ..core.transaction import by_session_uid
+from ..core.blender.active_material import active_material, can_change, is_editable
+from ..core.blender.transaction import by_session_uid
+from ..core.storage.paths import absolute
+from ..core.storage.reading import load_arguments
 from ..work import process, tasks
 from ..work.discovery import GLOB
 from ..work.modal import AsksForPath, errors_reported

@@ -5,9 +5,9 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...fitter import DatasetError
 from ...fitter.formats import list_samples
-from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
-from ..core.properties import FitChoices
+from ..core.blender.active_material import active_material, is_editable
+from ..core.storage.properties import FitChoices
 from ..work import icons
 from ..work.making import HasTarget, begin_with_preference
 from ..work.modal import errors_reported

@@ -1,5 +1,6 @@
-"""Lines, triangles and text in a region, by Blender's `gpu` and `blf`: a pen of `fitter.plane_plot`. They work where
-there is a window only."""
+"""Lines, triangles and text in a region, by Blender's `gpu` and `blf`: a pen of `fitter.imaging.plane_plot`.
+
+They work where there is a window only."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from ...fitter.arrays import ArrayLike, FloatArray, IntArray, SingleArray
-from ...fitter.drawing import Color
+from ...fitter.imaging.drawing import Color
 from ..core.annotations import not_none
 
 _FONT = 0

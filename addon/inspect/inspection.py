@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...fitter.arrays import ArrayLike, BoolArray, FloatArray
-from ...fitter.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
+from ...fitter.imaging.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
+from ...fitter.imaging.plane_plot import Curve, Plane, channel_colors
 from ...fitter.methods import beyond
 from ...fitter.model import Reflectance, is_isotropic
-from ...fitter.plane_plot import Curve, Plane, channel_colors
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot

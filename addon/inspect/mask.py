@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...fitter.arrays import FloatArray, IntArray
-from ..core.export_inputs import grey_weights, linear_colours
-from ..core.previews import picture_of
+from ..core.blender.previews import picture_of
+from ..core.shading.export_inputs import grey_weights, linear_colours
 
 _EDGES: dict[str, Callable[[IntArray, int], IntArray]] = {
     "REPEAT": lambda at, size: at % size, "EXTEND": lambda at, size: np.clip(at, 0, size - 1)}

@@ -7,8 +7,8 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...fitter.arrays import FloatArray
-from ..core import material as materials
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
+from ..core.shading import material as materials
 from . import session, surface
 from .inspection import Inspection
 from .plot import Plot

@@ -6,12 +6,12 @@ import gpu
 import numpy as np
 from mathutils import Matrix
 
-from ...fitter import plane_plot
 from ...fitter.arrays import BoolArray, FloatArray
 from ...fitter.colours import DEFAULT, conversion
-from ...fitter.drawing import Color
-from ...fitter.pictures import srgb
-from ...fitter.plane_plot import DIM, FAINT, INK, LIGHT, SMALL, TEXT, channel_colors, lengths, shown_value
+from ...fitter.imaging import plane_plot
+from ...fitter.imaging.drawing import Color
+from ...fitter.imaging.pictures import srgb
+from ...fitter.imaging.plane_plot import DIM, FAINT, INK, LIGHT, SMALL, TEXT, channel_colors, lengths, shown_value
 from ..core.annotations import not_none
 from . import drawing
 from .inspection import HANDLE, Inspection, direction

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...fitter.arrays import ArrayLike, FloatArray
-from ...fitter.plane_plot import Disc
+from ...fitter.imaging.plane_plot import Disc
 
 _WIDTH, _SHARE = (430.0, 640.0), 0.5        # at a scale of 1, if there is room; of the free width
 LINE = 19.0                 # height of a line of text

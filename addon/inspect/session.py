@@ -12,14 +12,13 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from ...fitter import published
 from ...fitter.arrays import FloatArray
-from ...fitter.model import Reflectance
+from ...fitter.model import Reflectance, published
 from ...fitter.model.mix import Mix
-from ..core import material as materials
-from ..core import mixing
 from ..core.annotations import not_none
-from ..core.transaction import by_session_uid
+from ..core.blender.transaction import by_session_uid
+from ..core.shading import material as materials
+from ..core.shading import mixing
 from ..work import queries
 from ..work.job import Job
 from . import overlay

@@ -11,9 +11,9 @@ import numpy as np
 from mathutils import Vector
 
 from ...fitter.arrays import ArrayLike, FloatArray
-from ..core import material as materials
-from ..core import mixing, tangents
 from ..core.annotations import not_none
+from ..core.shading import material as materials
+from ..core.shading import mixing, tangents
 from . import mask
 
 _LEAST = 1e-9               # length of a tangent that says something

@@ -1,6 +1,6 @@
 """Asset libraries: materials are saved to one, and folders of measurements converted to one.
 
-Code that opens .blend files (`batch`, `core.library_file`) runs only in a Blender of its own.
+Code that opens .blend files (`batch`, `core.libraries.library_file`) runs only in a Blender of its own.
 """
 
 import bpy

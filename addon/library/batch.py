@@ -18,14 +18,15 @@ import bpy
 from ... import fitter
 from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT
-from ...fitter.files import remove_left
-from ..core import assets, library_file, paths
-from ..core import material as materials
+from ...fitter.storage.files import remove_left
 from ..core.annotations import Arguments, not_none
-from ..core.edits import edit_arguments
-from ..core.outcomes import Outcome
-from ..core.properties import Choices, fit_arguments
-from ..core.reading import load_arguments
+from ..core.libraries import assets, library_file
+from ..core.shading import material as materials
+from ..core.storage import paths
+from ..core.storage.edits import edit_arguments
+from ..core.storage.outcomes import Outcome
+from ..core.storage.properties import Choices, fit_arguments
+from ..core.storage.reading import load_arguments
 from ..work import process, tasks
 from ..work.command import Row
 from ..work.discovery import Failure, Source

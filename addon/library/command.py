@@ -12,11 +12,21 @@ import bpy
 
 from ...fitter import cli
 from ...fitter.colours import DEFAULT
-from ...fitter.files import real
-from ..core import assets, library_file, look, osl_support
-from ..core import material as materials
-from ..core.properties import AUTOMATIC, CHOICES, NO_SPECULAR_LEVEL, RENDERINGS, Choices, fit_arguments, use_preset
-from ..core.reading import load_arguments, scene_colours, use_reading
+from ...fitter.storage.files import real
+from ..core.blender import osl_support
+from ..core.libraries import assets, library_file
+from ..core.shading import look
+from ..core.shading import material as materials
+from ..core.storage.properties import (
+    AUTOMATIC,
+    CHOICES,
+    NO_SPECULAR_LEVEL,
+    RENDERINGS,
+    Choices,
+    fit_arguments,
+    use_preset,
+)
+from ..core.storage.reading import load_arguments, scene_colours, use_reading
 from ..work import tasks
 from ..work.command import Row, quiet, report_of, summary
 from ..work.discovery import Failure, Source, passed_over, sources_in

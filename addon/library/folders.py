@@ -8,8 +8,8 @@ from bpy.props import StringProperty
 
 from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
-from ..core.properties import NO_SPECULAR_LEVEL
-from ..core.reading import load_arguments
+from ..core.storage.properties import NO_SPECULAR_LEVEL
+from ..core.storage.reading import load_arguments
 from ..work.blender_process import Command
 from ..work.command import DONE
 from ..work.making import FromFolder

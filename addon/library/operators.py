@@ -7,12 +7,14 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...fitter.arrays import SingleArray
-from ...fitter.files import real
-from ..core import assets, library_file, paths, preferences
-from ..core import material as materials
-from ..core.active_material import active_material
+from ...fitter.storage.files import real
+from ..core import preferences
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
-from ..core.outcomes import Shown
+from ..core.blender.active_material import active_material
+from ..core.libraries import assets, library_file
+from ..core.shading import material as materials
+from ..core.storage import paths
+from ..core.storage.outcomes import Shown
 from ..work import process, queries, tasks
 from ..work.blender_process import Command
 from ..work.modal import InBackground, errors_reported

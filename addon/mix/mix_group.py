@@ -16,9 +16,11 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ...fitter.cycles.bake import mix_source
-from ..core import lamps, node_group, osl_support
+from ..core import lamps
 from ..core.annotations import not_none
-from ..core.transaction import new_data_removed_on_error
+from ..core.blender import osl_support
+from ..core.blender.transaction import new_data_removed_on_error
+from ..core.shading import node_group
 
 FACTOR = "Factor"
 MOST = 8                                # measured BRDFs in a mix: Cycles takes seconds to prepare the shaders of 32

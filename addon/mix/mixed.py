@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ..core import export_surface, lamps, mixing
-from ..core import material as materials
+from ..core import lamps
 from ..core.annotations import not_none
-from ..core.transaction import new_data_removed_on_error
+from ..core.blender.transaction import new_data_removed_on_error
+from ..core.shading import export_surface, mixing
+from ..core.shading import material as materials
 from . import mix_group
 
 
@@ -45,7 +46,7 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
 
 
 class Mixes(mixing.Mixes):
-    """What `core.mixing` asks."""
+    """What `core.shading.mixing` asks."""
 
     mix = staticmethod(mix)
     is_mix = staticmethod(mix_group.is_mix)

@@ -3,11 +3,12 @@
 import bpy
 from bpy.props import FloatProperty, StringProperty
 
-from ..core import compiler, targets
-from ..core import material as materials
-from ..core.active_material import active_material
 from ..core.annotations import OperatorResult, not_none
-from ..core.transaction import new_data_removed_on_error
+from ..core.blender import targets
+from ..core.blender.active_material import active_material
+from ..core.blender.transaction import new_data_removed_on_error
+from ..core.shading import compiler
+from ..core.shading import material as materials
 from ..panel.layout import name_beside_value
 from . import mix_group
 from .mixed import mix

@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..core import material as materials
 from ..core.annotations import not_none
+from ..core.shading import material as materials
 from ..panel import main
 from ..panel.layout import MaterialPanel
 from ..work import queries

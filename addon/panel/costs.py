@@ -4,8 +4,8 @@ from typing import Any
 
 import bpy
 
-from ..core.outcomes import Data, Fitted
-from ..core.properties import fit_arguments
+from ..core.storage.outcomes import Data, Fitted
+from ..core.storage.properties import fit_arguments
 from ..work import queries
 from ..work.job import Job
 from .layout import draw_value, draw_warning

@@ -3,7 +3,7 @@
 import bpy
 
 from ..core.annotations import not_none
-from ..core.export_follow import lost_in
+from ..core.shading.export_follow import lost_in
 from .layout import draw_wrapped
 
 _EXPORTERS = ("EXPORT_SCENE_OT_gltf", "WM_OT_usd_export", "WM_OT_obj_export", "EXPORT_SCENE_OT_fbx")

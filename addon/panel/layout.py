@@ -8,7 +8,7 @@ from typing import Any, Literal
 import blf
 import bpy
 
-from ..core import material as materials
+from ..core.shading import material as materials
 from ..work.job import Job
 
 _Icon = Literal["BLANK1", "CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL", "NONE"]

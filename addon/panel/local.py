@@ -2,9 +2,9 @@
 
 import bpy
 
-from ..core import paths
-from ..core.active_material import active_material, can_change
 from ..core.annotations import OperatorResult, not_none
+from ..core.blender.active_material import active_material, can_change
+from ..core.storage import paths
 
 
 class MEASUREDBRDF_OT_make_local(bpy.types.Operator):

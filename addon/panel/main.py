@@ -8,12 +8,13 @@ from collections.abc import Callable
 
 import bpy
 
-from ..core import manual, node_group, versions
-from ..core import material as materials
-from ..core.active_material import active_material, can_change
+from ..core import manual, versions
 from ..core.annotations import not_none
-from ..core.edits import edit_arguments
-from ..core.properties import label_of_fit, quality_summary
+from ..core.blender.active_material import active_material, can_change
+from ..core.shading import material as materials
+from ..core.shading import node_group
+from ..core.storage.edits import edit_arguments
+from ..core.storage.properties import label_of_fit, quality_summary
 from ..work import modal, queries
 from . import rendering
 from .layout import MaterialPanel, draw_picture, draw_wrapped, has_data, name_beside_value, picture_scale

@@ -3,8 +3,8 @@
 import bpy
 from bpy.props import StringProperty
 
-from ..core import material as materials
 from ..core.annotations import OperatorResult, not_none
+from ..core.shading import material as materials
 
 IN = "NODE_MT_add"           # the menu of Blender that has this one
 

@@ -5,11 +5,14 @@ from collections.abc import Callable
 import bpy
 from bpy.props import EnumProperty
 
-from ..core import checks, export_surface, node_group, osl_support, rendered, studio_world
-from ..core import material as materials
-from ..core.active_material import active_material, is_editable
+from ..core import checks
 from ..core.annotations import OperatorResult, not_none
-from ..core.properties import AUTOMATIC, RENDERINGS
+from ..core.blender import osl_support
+from ..core.blender.active_material import active_material, is_editable
+from ..core.lamps import studio_world
+from ..core.shading import export_surface, node_group, rendered
+from ..core.shading import material as materials
+from ..core.storage.properties import AUTOMATIC, RENDERINGS
 from .fixes import MEASUREDBRDF_OT_fix_setting
 from .layout import MaterialPanel, choices, draw_wrapped, fits
 
@@ -125,7 +128,9 @@ def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     row.label(text=rendered.in_words(now, _is_previewed(context)), icon="SHADING_RENDERED")
     if now.can_enable:
         row.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
-    if studio_world.is_wanted(material, not_none(context.scene)):
+    world = not_none(context.scene).world
+    # metals and smooth surfaces show what is around them, and here there is nothing
+    if studio_world.is_plain(world) and any(map(export_surface.is_reflective, materials.measured_parts(material))):
         layout.operator(MEASUREDBRDF_OT_add_studio.bl_idname, icon="WORLD")
 
 

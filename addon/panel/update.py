@@ -5,10 +5,10 @@ from functools import partial
 
 import bpy
 
-from ..core import compiler, material
 from ..core.annotations import not_none
-from ..core.outcomes import Kept
-from ..core.transaction import by_session_uid
+from ..core.blender.transaction import by_session_uid
+from ..core.shading import compiler, material
+from ..core.storage.outcomes import Kept
 from ..work import process, queries, tasks
 from ..work.modal import InBackground, Steps
 

@@ -1,8 +1,9 @@
 """Photographs of a painted ball become its material, in a scene that stands for the dark room; those of a flat sample a
 plane."""
 
-from ..core import manual, paths
+from ..core import manual
 from ..core.registration import Registration
+from ..core.storage import paths
 from ..panel import menu
 from ..work import command
 from . import comparison, flat, operators, panel, settings

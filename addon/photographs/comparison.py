@@ -10,14 +10,14 @@ import numpy as np
 from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT, conversion
+from ...fitter.imaging.pictures import srgb
 from ...fitter.photographs import setup
 from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative_difference
 from ...fitter.photographs.descriptions import Description
-from ...fitter.pictures import srgb
-from ..core import osl_support
 from ..core.annotations import not_none
-from ..core.previews import picture_of
-from ..core.reading import scene_colours
+from ..core.blender import osl_support
+from ..core.blender.previews import picture_of
+from ..core.storage.reading import scene_colours
 
 SOURCE = "scene.blend"
 TIMES = 4                   # by which differences are enlarged to be seen

@@ -9,12 +9,14 @@ import numpy as np
 from bpy.props import BoolProperty, StringProperty
 
 from ...fitter.arrays import FloatArray
-from ..core import compiler, lamps, material, mixing, osl_support
+from ..core import lamps
 from ..core.annotations import not_none
-from ..core.outcomes import Kept
-from ..core.properties import default_choices, fit_arguments, use_preset
-from ..core.reading import load_arguments
-from ..core.transaction import by_session_uid
+from ..core.blender import osl_support
+from ..core.blender.transaction import by_session_uid
+from ..core.shading import compiler, material, mixing
+from ..core.storage.outcomes import Kept
+from ..core.storage.properties import default_choices, fit_arguments, use_preset
+from ..core.storage.reading import load_arguments
 from ..work import process, queries
 from ..work.job import Work
 from ..work.modal import AsksForPath, Steps

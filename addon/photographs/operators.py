@@ -11,13 +11,14 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT, conversion
-from ...fitter.files import replacing
 from ...fitter.photographs.setup import Resolved
-from ..core import compiler, material, osl_support, targets
+from ...fitter.storage.files import replacing
 from ..core.annotations import not_none
-from ..core.properties import default_choices, fit_arguments, quality_summary, use_preset
-from ..core.reading import load_arguments, scene_colours
-from ..core.transaction import by_session_uid
+from ..core.blender import osl_support, targets
+from ..core.blender.transaction import by_session_uid
+from ..core.shading import compiler, material
+from ..core.storage.properties import default_choices, fit_arguments, quality_summary, use_preset
+from ..core.storage.reading import load_arguments, scene_colours
 from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work

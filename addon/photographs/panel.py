@@ -7,8 +7,8 @@ from typing import Any
 import bpy
 
 from ..core.annotations import not_none
-from ..core.previews import picture_of
-from ..core.properties import draw_presets
+from ..core.blender.previews import picture_of
+from ..core.storage.properties import draw_presets
 from ..panel.layout import draw_warning, draw_wrapped, name_beside_value, picture_scale
 from ..panel.main import draw_running
 from ..work import icons

@@ -23,8 +23,8 @@ from bpy.props import (
 from ...fitter.photographs.descriptions import GUESS as GUESSED
 from ...fitter.photographs.picture_files import ENCODINGS
 from ...fitter.quality import verdict
-from ..core.paths import RELATIVE, Place
-from ..core.properties import PRESET_ITEMS
+from ..core.storage.paths import RELATIVE, Place
+from ..core.storage.properties import PRESET_ITEMS
 
 AS_THE_FILE_SAYS = "auto"
 GUESS, CARD, BALL, INTENSITY = "albedo", "card", "ball", "intensity"

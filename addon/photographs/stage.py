@@ -19,8 +19,10 @@ from ...fitter.arrays import FloatArray
 from ...fitter.photographs import camera as cameras
 from ...fitter.photographs.descriptions import Description
 from ...fitter.photographs.setup import Resolved
-from ..core import look, material, osl_support, paths
 from ..core.annotations import not_none
+from ..core.blender import osl_support
+from ..core.shading import look, material
+from ..core.storage import paths
 from . import settings as photographs
 from .settings import AS_THE_FILE_SAYS, BALL, CARD, GUESS, INTENSITY
 from .work import LENS, SENSOR, START

@@ -30,7 +30,7 @@ from ...fitter.photographs.flat import check_materials
 from ...fitter.photographs.flat_tiling import tiled
 from ...fitter.photographs.picture_files import About, about
 from ..core.annotations import Arguments
-from ..core.outcomes import Kept, Outcome
+from ..core.storage.outcomes import Kept, Outcome
 from ..work import tasks
 
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs

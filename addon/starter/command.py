@@ -3,7 +3,7 @@
 from typing import Any
 
 from ...fitter import cli
-from ...fitter.files import real
+from ...fitter.storage.files import real
 from ..work.command import quiet, report_of
 from . import starter
 

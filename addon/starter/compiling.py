@@ -9,12 +9,14 @@ from collections import defaultdict
 import bpy
 from bpy.app.handlers import persistent
 
-from ...fitter import DatasetError, ready
+from ...fitter import DatasetError
 from ...fitter.cycles.bake import bake
-from ...fitter.published import name_in
-from ..core import compiler, node_group, osl_support
-from ..core import material as materials
+from ...fitter.library import ready
+from ...fitter.model.published import name_in
 from ..core.annotations import not_none
+from ..core.blender import osl_support
+from ..core.shading import compiler, node_group
+from ..core.shading import material as materials
 from ..work import tasks
 
 _DELAY = 0.1                # s, until the drop has become an undo step

@@ -7,16 +7,18 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
 
-from ...fitter import DatasetError, ready
-from ...fitter.matching import WINDOWS, Match, match_lines
+from ...fitter import DatasetError
+from ...fitter.library import ready
+from ...fitter.library.matching import WINDOWS, Match, match_lines
+from ...fitter.model.published import METAL, PREFIX, find
 from ...fitter.model.translucent import TRANSLUCENT, WIDTHS
-from ...fitter.published import METAL, PREFIX, find
-from ...fitter.subsurface import INDICES, LONGEST
-from ..core import edits, osl_support, targets
-from ..core import material as materials
+from ...fitter.optics.subsurface import INDICES, LONGEST
 from ..core.annotations import Arguments, OperatorResult, not_none
-from ..core.properties import fitted_arguments
-from ..core.reading import load_arguments, scene_colours
+from ..core.blender import osl_support, targets
+from ..core.shading import material as materials
+from ..core.storage import edits
+from ..core.storage.properties import fitted_arguments
+from ..core.storage.reading import load_arguments, scene_colours
 from ..work import process
 from ..work.blender_process import Command
 from ..work.making import MakesMaterials

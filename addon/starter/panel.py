@@ -4,12 +4,12 @@ from typing import Any
 
 import bpy
 
-from ...fitter.matching import match_lines
+from ...fitter.library.matching import match_lines
+from ...fitter.model.published import Published
 from ...fitter.model.translucent import TRANSLUCENT
-from ...fitter.published import Published
 from ..core import manual, preferences
 from ..core.annotations import not_none
-from ..core.reading import scene_colours
+from ..core.storage.reading import scene_colours
 from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, picture_button, room
 from . import operators as library
 from . import shelf, starter, thumbnails

@@ -11,11 +11,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...fitter import published
 from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT
 from ...fitter.formats import time_and_size
-from ...fitter.matching import Match
+from ...fitter.library.matching import Match
+from ...fitter.model import published
 from ..core import preferences
 from ..core.annotations import Arguments, not_none
 from ..work import icons, queue, tasks

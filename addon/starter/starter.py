@@ -11,15 +11,17 @@ from pathlib import Path
 
 import bpy
 
-from ...fitter import published, ready
 from ...fitter.colours import DEFAULT
-from ...fitter.files import replacing
-from ...fitter.pictures import thumbnail
-from ..core import assets, library_file, previews
-from ..core import material as materials
+from ...fitter.imaging.pictures import thumbnail
+from ...fitter.library import ready
+from ...fitter.model import published
+from ...fitter.storage.files import replacing
 from ..core.annotations import not_none
-from ..core.compiler import Shader
-from ..core.properties import LEVELS, Choices, default_choices, use_preset
+from ..core.blender import previews
+from ..core.libraries import assets, library_file
+from ..core.shading import material as materials
+from ..core.shading.compiler import Shader
+from ..core.storage.properties import LEVELS, Choices, default_choices, use_preset
 from . import shelf, thumbnails, work
 
 NAME = "Measured BRDF Starter Library"

@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ... import fitter
-from ...fitter import published
 from ...fitter.arrays import SingleArray
-from ...fitter.files import replacing
 from ...fitter.formats import EXTENSIONS, PLAIN, time_and_size
-from ...fitter.pictures import lit_sphere, thumbnail
+from ...fitter.imaging.pictures import lit_sphere, thumbnail
+from ...fitter.model import published
+from ...fitter.storage.files import replacing
 from ..core import versions
 from ..core.annotations import Arguments
 from ..work import discovery, tasks

@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from ...fitter import DatasetError, matching, published, ready
+from ...fitter import DatasetError
 from ...fitter.colours import DEFAULT
+from ...fitter.library import matching, ready
+from ...fitter.model import published
 from ...fitter.photographs.picture_files import read_picture
 from ..core.annotations import Arguments
-from ..core.outcomes import Kept, Outcome
+from ..core.storage.outcomes import Kept, Outcome
 from ..work import tasks
 
 

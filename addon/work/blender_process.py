@@ -14,7 +14,7 @@ from typing import IO, Any, cast
 
 import bpy
 
-from ...fitter.files import replacing
+from ...fitter.storage.files import replacing
 from . import process, shared
 from .job import Job, read_progress, write_progress
 from .process import WorkerError

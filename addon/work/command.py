@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import bpy
 
 from ...fitter import cli, interrupts, progress
-from ..core.reading import scene_colours
+from ..core.storage.reading import scene_colours
 from .blender_process import Command, CommandError, Report
 
 commands: list[Callable[[Any], None]] = []

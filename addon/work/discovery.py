@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...fitter import DatasetError
 from ...fitter.formats import EXTENSIONS, PLAIN, is_read_with_another, is_recognised, list_samples
-from ...fitter.published import name_in
+from ...fitter.model.published import name_in
 
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 _MOST = 20_000              # files and folders that are looked at: in a large tree, those nearest to its root

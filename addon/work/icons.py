@@ -6,8 +6,8 @@ from typing import Any
 import bpy.utils.previews
 
 from ...fitter.arrays import SingleArray
-from ..core import previews
 from ..core.annotations import not_none
+from ..core.blender import previews
 from . import queue
 from .job import Job
 from .recent import Recent

@@ -9,10 +9,13 @@ from typing import Any
 import bpy
 from bpy.props import IntProperty, StringProperty
 
-from ..core import compiler, edits, material, preferences, rendered, targets
+from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
-from ..core.outcomes import Outcome
-from ..core.properties import (
+from ..core.blender import targets
+from ..core.shading import compiler, material, rendered
+from ..core.storage import edits
+from ..core.storage.outcomes import Outcome
+from ..core.storage.properties import (
     CHOICES,
     LEVELS,
     OFFERED,
@@ -22,7 +25,7 @@ from ..core.properties import (
     quality_summary,
     use_preset,
 )
-from ..core.reading import draw_reading
+from ..core.storage.reading import draw_reading
 from .discovery import GLOB, files_in, passed_over
 from .modal import AsksForPath, InBackground, Steps
 

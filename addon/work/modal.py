@@ -17,8 +17,9 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...fitter import DatasetError
-from ..core import compiler, transaction
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
+from ..core.blender import transaction
+from ..core.shading import compiler
 from . import blender_process, process, queue
 from .job import Job, Work
 

@@ -9,14 +9,15 @@ import numpy as np
 
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
+from ...fitter.imaging.packed_picture import unpacked
 from ...fitter.methods import beyond
 from ...fitter.model import Reflectance
-from ...fitter.packed_picture import unpacked
-from ..core import edits, mixing, node_group, paths
-from ..core import material as materials
 from ..core.annotations import Arguments, not_none
-from ..core.outcomes import Data, Fitted, Kept, KeptMix, Shown
-from ..core.reading import load_arguments
+from ..core.shading import material as materials
+from ..core.shading import mixing, node_group
+from ..core.storage import edits, paths
+from ..core.storage.outcomes import Data, Fitted, Kept, KeptMix, Shown
+from ..core.storage.reading import load_arguments
 from . import icons, queue, tasks
 from .job import Job
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...fitter import progress
-from ...fitter.files import replacing
+from ...fitter.storage.files import replacing
 from .job import Job, read_progress, write_progress
 
 _Result = TypeVar("_Result")

@@ -12,23 +12,24 @@ from typing import Any
 import numpy as np
 
 from ... import fitter
-from ...fitter import methods, pictures, plane_plot, progress, tolerance
+from ...fitter import methods, progress
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.formats import time_and_size
-from ...fitter.methods import beyond
+from ...fitter.imaging import pictures, plane_plot
+from ...fitter.imaging.packed_picture import SIZE, packed
+from ...fitter.library.ready import Ready
+from ...fitter.methods import beyond, tolerance
 from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
-from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import albedo, cross_validation, describe, verdict
-from ...fitter.ready import Ready
 from ...fitter.samples import distinct_channels
 from ..core import versions
 from ..core.annotations import Arguments
-from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Shown, Surface, Wanted
+from ..core.storage.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Shown, Surface, Wanted
 from . import discovery, shared
 from .recent import Recent
 

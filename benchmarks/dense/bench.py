@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitter.files import replacing
+from fitter.storage.files import replacing
 
 from ..harness import running
 from . import judging, sheet, summary

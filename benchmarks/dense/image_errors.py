@@ -8,7 +8,7 @@
 
 import numpy as np
 
-from fitter.pictures import srgb
+from fitter.imaging.pictures import srgb
 
 WHITE = 203.0               # cd/m^2: that of HDR reference white, Rep. ITU-R BT.2408
 PIXELS_PER_DEGREE = 67      # FLIP's default: a monitor at arm's length

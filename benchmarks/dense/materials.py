@@ -16,10 +16,9 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from fitter import published
 from fitter.formats import rgl
 from fitter.formats.merl import read
-from fitter.model import Reflectance
+from fitter.model import Reflectance, published
 from fitter.samples import Samples
 from support import merl_files
 from support.checkout import measurements

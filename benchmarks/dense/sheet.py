@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitter.pictures import sphere, srgb
+from fitter.imaging.pictures import sphere, srgb
 
 from ..report.plots import pyplot, save
 from . import image_errors

@@ -16,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-from fitter.pictures import sphere
+from fitter.imaging.pictures import sphere
 
 from . import sky
 

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter.files import replacing
+from fitter.storage.files import replacing
 from support.checkout import ROOT
 from support.evidence import FITS, digest
 

@@ -8,8 +8,8 @@ import re
 
 import numpy as np
 
-from fitter.files import replacing
-from fitter.pictures import LIGHTS, lit_sphere, reflected, sphere
+from fitter.imaging.pictures import LIGHTS, lit_sphere, reflected, sphere
+from fitter.storage.files import replacing
 
 from ..report.methods import METHODS
 from ..report.plots import pyplot, save

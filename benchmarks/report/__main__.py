@@ -26,8 +26,8 @@ import numpy as np
 
 from fitter import DatasetError
 from fitter.cli import show_progress
-from fitter.files import replacing
 from fitter.formats import list_samples, load
+from fitter.storage.files import replacing
 from support import checkout
 
 from . import comparison, figures, markdown, plots, tables, times

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 import fitter
-from fitter.pictures import srgb
+from fitter.imaging.pictures import srgb
 from support import sheet
 from support.stage import material_for, render, suzanne
 

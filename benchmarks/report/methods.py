@@ -1,7 +1,7 @@
 """The models that the report compares, by name."""
 
 from fitter import fit
-from fitter.presets import PRESETS
+from fitter.methods.presets import PRESETS
 
 from .baselines import ggx, koenderink, lafortune, neural, thin_plate
 from .rows import MakeModel

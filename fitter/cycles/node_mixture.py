@@ -22,8 +22,8 @@ import numpy as np
 from .. import progress
 from ..arrays import FloatArray, RealArray
 from ..least_squares import nonnegative
+from ..optics.subsurface import Walk
 from ..shader_constants import LEAST_FOLLOWED
-from ..subsurface import Walk
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of

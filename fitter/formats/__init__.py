@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import files, published
 from ..colours import COLOURS, DEFAULT
 from ..errors import DatasetError, printable
+from ..model import published
 from ..samples import Samples
+from ..storage import files
 from . import (
     astm,
     coefficients,

@@ -13,7 +13,7 @@ import csv
 from pathlib import Path
 
 from ..errors import DatasetError, SampleUnknownError
-from ..published import sample_words
+from ..model.published import sample_words
 from ..samples import Samples
 from .format import Format
 

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files, npz
 from ..arrays import mapped
 from ..errors import DatasetError
 from ..samples import Samples
+from ..storage import files, npz
 from .format import Format
 
 _FORMAT, _VERSION = "measured-brdf-samples", 1

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import files
 from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import HORIZON, LARGEST_AZIMUTH
+from ..storage import files
 from .format import LARGEST_TEXT
 
 _BEGINNING = 400            # bytes by which UTF-16 without a byte-order mark is told: they are in ASCII

@@ -23,14 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import BoolArray, IntArray
-from ..shader_constants import (
-    HASH_FOLD,
-    HASH_HIGH_MULTIPLIER,
-    HASH_LOW_BITS,
-    HASH_SKIP,
-    OCCUPANCY_SHIFT,
-    ROW_TAPS,
-)
+from ..shader_constants import HASH_FOLD, HASH_HIGH_MULTIPLIER, HASH_LOW_BITS, HASH_SKIP, OCCUPANCY_SHIFT, ROW_TAPS
 
 MAX_KEY = (1 << 26) - 1     # low * multiplier + high * HASH_HIGH_MULTIPLIER < 2^31
 MULTIPLIERS = 1 << 18

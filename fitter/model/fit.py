@@ -16,8 +16,8 @@ from ..coordinates import ISOTROPIC_AXES, Coordinates
 from ..lattice import dense, sparse
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
+from ..optics.subsurface import Subsurface
 from ..samples import HORIZON, ROUNDING
-from ..subsurface import Subsurface
 from . import fit_file
 from .edit import Edit
 from .transform import LogRelative

@@ -23,14 +23,15 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from .. import files, npz, subsurface
 from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
 from ..coordinates.rusinkiewicz import LEAST_SOFTENING
 from ..errors import DatasetError
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
+from ..optics import subsurface
 from ..samples import LARGEST_VALUE, RGB
 from ..shader_constants import DAMPING_KNOTS
+from ..storage import files, npz
 from . import microfacet
 from .edit import COAT_WIDTHS, WIDTHS, Edit
 from .transform import LEAST_OFFSET, LogRelative

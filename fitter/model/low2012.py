@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
-from ..fresnel import fresnel
+from ..optics.fresnel import fresnel
 from .microfacet import geometry
 
 _LEAST = 1e-9               # the least that is divided by

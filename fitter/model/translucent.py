@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
-from ..subsurface import Subsurface, check, from_coefficients
+from ..optics.subsurface import Subsurface, check, from_coefficients
 from .conductor import Conductor
 
 TRANSLUCENT = "translucent"

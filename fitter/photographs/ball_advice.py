@@ -13,7 +13,7 @@ import numpy as np
 from .. import progress
 from ..arrays import FloatArray, selected
 from ..methods import fit
-from ..presets import PRESETS
+from ..methods.presets import PRESETS
 from ..quality.cross_validation import cube_root
 from ..quality.physics import direction_pairs
 from ..quality.verdict import Judgement, predicted

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import DatasetError
-from ..files import read_bytes
+from ..storage.files import read_bytes
 from . import light_positions
 
 LARGEST = 1 << 20           # bytes of the file

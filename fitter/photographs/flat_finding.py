@@ -22,25 +22,16 @@ from ..arrays import FloatArray, IntArray
 from ..errors import DatasetError
 from ..least_squares import nonnegative
 from ..methods import fit
+from ..methods.presets import PRESETS
 from ..model import Reflectance
 from ..model.fit import Fit
 from ..model.microfacet import Microfacet
-from ..presets import PRESETS
 from ..samples import RGB, Samples
 from .ball import STEEPEST, about
 from .binning import binned
 from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
 from .flat_photograph import Observed
-from .flat_solving import (
-    DIFFERENCE,
-    NOISE,
-    Texels,
-    normals_of,
-    prior_of,
-    radiances,
-    scale_of,
-    solved,
-)
+from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
 
 MOST_TEXELS = 1500          # that are looked at: 4 s, and three materials have a hundred pure ones each
 _WIDTHS = 0.05, 0.15, 0.4   # alpha of the lobes

@@ -14,9 +14,9 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError, printable
-from ..files import replacing_together
 from ..quality.physics import directional_albedo
 from ..quality.verdict import predicted
+from ..storage.files import replacing_together
 from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
 from .flat_judging import contradictions, turned_lamps

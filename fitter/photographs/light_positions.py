@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from ..files import read_bytes
+from ..storage.files import read_bytes
 
 SUFFIX, PROJECTS = ".lp", (".json", ".relight")
 LARGEST = 1 << 20           # bytes of the file

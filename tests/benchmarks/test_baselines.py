@@ -7,8 +7,8 @@ import pytest
 
 import fitter
 from benchmarks.report.baselines import ggx, koenderink, lafortune, neural, thin_plate
-from fitter import published
 from fitter.coordinates.half_difference import HalfDifference
+from fitter.model import published
 from fitter.model.low2012 import Low2012
 from fitter.quality.cross_validation import held_out
 from support.cases import release

@@ -18,7 +18,7 @@ def test_the_tables_are_anisotropic_reciprocal_and_say_that_they_are_synthetic(t
 
 
 def test_the_pan_is_a_turned_part_and_the_cloth_has_its_threads_in_a_uv_map(extension, blender):
-    from measured_brdf.addon.core import tangents
+    from measured_brdf.addon.core.shading import tangents
 
     from demo_scenes import anisotropic
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fitter import pictures
 from fitter.cycles.principled import albedo as albedo_of
+from fitter.imaging import pictures
 from fitter.quality import physics
 from fitter.samples import RGB, Samples
 from support.anisotropic import brushed_fit, rotations

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import DatasetError, colours, pictures
+from fitter import DatasetError, colours
 from fitter.formats import illuminants, spectra
+from fitter.imaging import pictures
 from support import tensor_files
 from support.checkout import ROOT
 

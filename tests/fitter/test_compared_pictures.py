@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from fitter import pictures
-from fitter.drawing import BACKGROUND, INK
-from fitter.lobe import plane_curve
-from fitter.plane_plot import PAIR
+from fitter.imaging import pictures
+from fitter.imaging.drawing import BACKGROUND, INK
+from fitter.imaging.lobe import plane_curve
+from fitter.imaging.plane_plot import PAIR
 from support.anisotropic import brushed_fit
 
 

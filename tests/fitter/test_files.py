@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from fitter.files import locked, remove_left, replacing, replacing_together
+from fitter.storage.files import locked, remove_left, replacing, replacing_together
 from support.checkout import ROOT
 
 
@@ -88,7 +88,7 @@ def test_a_lock_file_that_was_replaced_meanwhile_stays(tmp_path):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from fitter.files import replacing, replacing_together
+from fitter.storage.files import replacing, replacing_together
 folder = Path(sys.argv[1])
 with replacing_together(folder) as part, replacing(folder / "fit.npz") as stream:
     (part / "mask.png").write_bytes(b"half")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitter import lobe
+from fitter.imaging import lobe
 from fitter.methods import prior
 from fitter.model.microfacet import Microfacet
 from support.anisotropic import brushed_fit

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from fitter import DatasetError, published, studio
-from fitter.matching import nearest
-from fitter.model import is_isotropic
-from fitter.pictures import sphere
+from fitter import DatasetError
+from fitter.imaging import studio
+from fitter.imaging.pictures import sphere
+from fitter.library.matching import nearest
+from fitter.model import is_isotropic, published
 from support.cases import quick, release
 from support.checkout import measurements
 from tests.fitter.test_studio import by_random_directions
@@ -124,7 +125,7 @@ def test_none_is_near_to_what_no_material_is_like(picture, random):
 @pytest.mark.parametrize("name", ["gray", "chrome"])
 def test_real_balls_have_an_outline(openimageio, name):
     """Cropped by their masks; the chrome ball under the lamp that it shows best."""
-    from fitter.matching import _has_outline
+    from fitter.library.matching import _has_outline
     from fitter.photographs.picture_files import read_picture
 
     folder = measurements() / "photographs" / "gray_ball"
@@ -143,7 +144,7 @@ ISOTROPIC = [each.name for each in published.offered() if is_isotropic(each.mode
 @pytest.mark.parametrize("wall", quick([0.02, 0.05, 0.15], 0.05))
 def test_the_librarys_balls_have_an_outline(name, wall):
     """In the studio of thumbnails, before walls."""
-    from fitter.matching import _has_outline
+    from fitter.library.matching import _has_outline
 
     normal, inside, _ = sphere(100)
     picture = np.full((100, 100, 3), wall)

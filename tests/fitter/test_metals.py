@@ -6,8 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fitter import published, ready
 from fitter.formats.spectra import srgb_weights
+from fitter.library import ready
+from fitter.model import published
 from fitter.model.conductor import Conductor
 from support.cases import quick
 

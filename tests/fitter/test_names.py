@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import cli, interrupts, npz
+from fitter import cli, interrupts
 from fitter.errors import printable
 from fitter.formats import saved_samples
+from fitter.storage import npz
 from support import hostile_files
 from support.cases import quick
 from support.checkout import ROOT

@@ -9,7 +9,7 @@ from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
 import fitter
-from fitter import npz
+from fitter.storage import npz
 from support.damaged_npz import with_header
 
 ARRAYS = {"grid": np.arange(24.0).reshape(2, 3, 4), "column": np.asfortranarray(np.arange(6, dtype="i4").reshape(2, 3)),

@@ -6,7 +6,7 @@ import zlib
 import numpy as np
 import pytest
 
-from fitter import packed_picture, pictures
+from fitter.imaging import packed_picture, pictures
 from fitter.methods import prior
 
 

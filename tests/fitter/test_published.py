@@ -8,9 +8,10 @@ import pytest
 
 import fitter
 from benchmarks.report.baselines import neural
-from fitter import cli, published
+from fitter import cli
 from fitter.formats import is_there, list_samples
-from fitter.pictures import lit_sphere
+from fitter.imaging.pictures import lit_sphere
+from fitter.model import published
 from support.cases import quick
 from support.checkout import measurements
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import published, ready
+from fitter.library import ready
+from fitter.model import published
 from support.cases import quick
 from support.library import albedo_error, swapped_error
 

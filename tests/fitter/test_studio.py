@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitter import published, studio
-from fitter.model import is_isotropic
-from fitter.pictures import lit_cloth, lit_sphere, thumbnail
+from fitter.imaging import studio
+from fitter.imaging.pictures import lit_cloth, lit_sphere, thumbnail
+from fitter.model import is_isotropic, published
 from support.cases import quick
 
 BLACK = {"black-fabric", "black-obsidian", "black-phenolic", "black-soft-plastic", "silicon-nitrade",

@@ -5,8 +5,9 @@ import pytest
 
 import fitter
 from benchmarks.translucent import compared
-from fitter import published, subsurface
 from fitter.formats import is_there
+from fitter.model import published
+from fitter.optics import subsurface
 from support import photons
 from support.cases import quick
 

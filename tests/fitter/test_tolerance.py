@@ -16,7 +16,7 @@ def rmse(samples, fit):
 @release
 def test_the_tolerance_is_met_on_sets_of_every_kind_for_fewer_bytes_than_standard(curet, cornell, monkeypatch):
     # of surfaces that reflect more than they receive, a plausible fit cannot be within any tolerance
-    monkeypatch.setattr(fitter.tolerance, "fit", partial(fitter.fit, plausible=False))
+    monkeypatch.setattr(fitter.methods.tolerance, "fit", partial(fitter.fit, plausible=False))
     sets = [curet(number) for number in range(1, 62, 12)] + [cornell("garnet_red_RGB")]
     sets += [truth.measured("CURET") for truth in truths.TRUTHS.values()]
     for samples in sets:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import ready
+from fitter.library import ready
+from fitter.library.variations import VARIATIONS, WITHIN_WATER, variation
 from fitter.quality.physics import directional_albedo
-from fitter.variations import VARIATIONS, WITHIN_WATER, variation
 
 AT = [np.pi / 4]
 

@@ -5,7 +5,7 @@ import pytest
 
 import fitter
 from fitter.cycles import node_mixture
-from fitter.editing import edited
+from fitter.methods.editing import edited
 from support.cases import quick
 from support.stage import material_for
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.editing import edited
+from fitter.methods.editing import edited
 from support.cases import quick
 from support.made_fits import MADE_FITS
 from support.osl_probe import probe_osl
@@ -32,7 +32,7 @@ FITS = {
     itertools.product(FITS, EDITS), ("krylon, Standard", "all"), ("krylon, Standard", "sharpened"),
     ("lobes of all kinds", "sharpened"), ("leather (4,6,95)", "coated")))
 def test_the_shader_evaluates_the_edited_fit(blender, curet, cornell, random, name, edit):
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import osl_support
 
     assert not osl_support.missing()
     measured = FITS[name](curet, cornell)

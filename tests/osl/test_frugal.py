@@ -114,7 +114,7 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
     ([1.0, 1.0], 1, {0}),
 ], ([0.001] * 6, 1, {1}), ([0.001] * 6, 0, {2}), ([0.001, 1.0, 1.0], 1, {1})))
 def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fits, radii, frugal, counts):
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import osl_support
 
     assert not osl_support.missing()
     code = f"""

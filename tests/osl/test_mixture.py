@@ -35,7 +35,7 @@ MADE = "lobes of all kinds", "lobes of all kinds, anisotropic"
 @pytest.fixture
 def probe(blender):
     """OSL code with a mixture, in a shader of some fit."""
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import osl_support
 
     assert not osl_support.missing()
     fit = MADE_FITS["half and difference"]

@@ -174,7 +174,8 @@ def test_a_plate_that_faces_the_viewer_has_no_undefined_pixel(blender, standard)
 
 
 def test_a_group_that_was_made_without_osl_renders_nodes_and_can_be_completed(blender, standard, monkeypatch):
-    from measured_brdf.addon.core import node_group, osl_support
+    from measured_brdf.addon.core.blender import osl_support
+    from measured_brdf.addon.core.shading import node_group
 
     fit = standard("velvet")
     with monkeypatch.context() as patched:

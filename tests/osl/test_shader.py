@@ -21,7 +21,7 @@ COUNT = 10_000
 
 @pytest.fixture
 def probe(blender):
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import osl_support
 
     assert not osl_support.missing()
 

@@ -38,7 +38,7 @@ def foil(curet):
 
 @pytest.fixture
 def probe(blender):
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import osl_support
 
     assert not osl_support.missing()
     return probe_osl

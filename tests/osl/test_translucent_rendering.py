@@ -6,10 +6,11 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import published, ready
-from fitter.fresnel import fresnel
+from fitter.library import ready
+from fitter.model import published
+from fitter.optics.fresnel import fresnel
+from fitter.optics.subsurface import scattered_of_color
 from fitter.quality.physics import directional_albedo
-from fitter.subsurface import scattered_of_color
 from support import photons
 from support.stage import (
     add,

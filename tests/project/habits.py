@@ -30,7 +30,7 @@ def drop(*names):
 
 def settings(material):
     """What a material keeps; the path of its measurements, which is relative in a saved file, as what it means."""
-    measured, path = material.measured_brdf, addon.core.paths.absolute(material)
+    measured, path = material.measured_brdf, addon.core.storage.paths.absolute(material)
     return {"filepath": path} | {name: getattr(measured, name) for name in (
         "digest", "coefficients", "diffuse_level", "specular_level", "compression", "name_of_data")}
 

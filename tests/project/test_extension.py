@@ -11,7 +11,7 @@ import zipfile
 
 import pytest
 
-from fitter import published
+from fitter.model import published
 from support.cases import release
 from support.checkout import ROOT
 from support.stage import EXITS

@@ -11,12 +11,12 @@ from fitter.coordinates import half_angle
 from fitter.coordinates.half_difference import SOFTENING
 from fitter.cycles import direction_grid, node_mixture
 from fitter.methods import gaussian_process, lattices, prior, regression_kriging
+from fitter.methods.presets import PRESETS
 from fitter.model.microfacet import MAX_LOBES
-from fitter.presets import PRESETS
 from support.checkout import ROOT
 
 from .test_docs import NOT_OURS, PATH, files, named_in
-from .test_layers import ADDON, FITTER, imports
+from .test_layers import LAYERS, imports
 
 PAGES = {path.relative_to(ROOT).as_posix(): path.read_text("utf-8")
          for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md"))}
@@ -96,12 +96,12 @@ def test_a_name_that_is_not_there_is_noticed(text, found):
 
 
 def layers_of(text):
-    """The packages of `fitter` and of `addon` that the page's tables have, a set for each row."""
-    found = {"fitter": [], "addon": []}
+    """The parts of each package of `LAYERS` that the page's tables have, a set for each row."""
+    found = {package: [] for package in LAYERS}
     for row in re.findall(r"^\| (`(?:fitter|addon)/[^|]*) \| [^|]* \|$", text.partition("\n## Layers")[2].partition(
             "\n## ")[0], re.MULTILINE):
-        names = [name.removesuffix(".py").strip("/").split("/")[1] for name in re.findall(r"`([^`]+)`", row)]
-        found[row[1:].partition("/")[0]].append(set(names))
+        named = [name.removesuffix(".py").strip("/").rpartition("/") for name in re.findall(r"`([^`]+)`", row)]
+        found[named[0][0]].append({name for _, _, name in named})
     return found
 
 
@@ -116,8 +116,8 @@ def out_of_order(rows, layers):
 
 def test_the_page_has_the_layers_that_the_imports_keep():
     found = layers_of(PAGES["docs/architecture.md"])
-    assert out_of_order(found["fitter"], FITTER) == []
-    assert out_of_order(found["addon"], ADDON) == []
+    assert {package: out_of_order(rows, LAYERS[package]) for package, rows in found.items()} == {
+        package: [] for package in LAYERS}
 
 
 def at_import(source):
@@ -199,7 +199,7 @@ def test_a_page_has_the_number_that_the_code_has(page, pattern, number):
 def labels():
     """The texts of the interface, as far as sources have them in one piece."""
     found = set()
-    for path in [*(ROOT / "addon").rglob("*.py"), ROOT / "fitter" / "presets.py",
+    for path in [*(ROOT / "addon").rglob("*.py"), ROOT / "fitter" / "methods" / "presets.py",
                  *(ROOT / "fitter" / "quality" / f"{name}.py" for name in ("describe", "verdict"))]:
         tree = ast.parse(path.read_text("utf-8"))
         documented = [node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)]

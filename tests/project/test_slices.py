@@ -30,7 +30,10 @@ def loaded(root):
     return package
 
 def use(file, gone, root):
-    from measured_brdf.addon.core import checks, edits, material, osl_support
+    from measured_brdf.addon.core import checks
+    from measured_brdf.addon.core.storage import edits
+    from measured_brdf.addon.core.shading import material
+    from measured_brdf.addon.core.blender import osl_support
     from measured_brdf.addon.work import command, tasks
 
     bpy.ops.mesh.primitive_cube_add()

@@ -57,7 +57,8 @@ def redraw(h):
 def tell(method):
     def step(_h):
         item = bpy.context.object.active_material
-        material, node_group, rendered = (extension(f"core.{name}") for name in ("material", "node_group", "rendered"))
+        material, node_group, rendered = (
+            extension(f"core.shading.{name}") for name in ("material", "node_group", "rendered"))
         fit = node_group.kept_fit(material.group_node(item).node_tree)
         print("DROPPED", method, item.name, item.library is not None, material.is_measured(item),
               rendered.in_scene(item, bpy.context.scene).how, hashlib.sha256(fit).hexdigest(), sep="|", flush=True)
@@ -69,8 +70,8 @@ def click(h):
     with h.override(h.area("VIEW_3D")):
         bpy.ops.measured_brdf.use_published("INVOKE_DEFAULT", name="alumina-oxide")
     bpy.context.view_layer.update()
-    fit = extension("core.node_group").kept_fit(
-        extension("core.material").group_node(bpy.context.object.active_material).node_tree)
+    fit = extension("core.shading.node_group").kept_fit(
+        extension("core.shading.material").group_node(bpy.context.object.active_material).node_tree)
     print("CLICKED", f"{time.perf_counter() - start:.2f}", hashlib.sha256(fit).hexdigest(), sep="|", flush=True)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import fitter
-from fitter import ready
+from fitter.library import ready
 from support import ball_files, ball_scene, flat_files, flat_scene
 from support.checkout import ROOT
 

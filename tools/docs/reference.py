@@ -12,7 +12,7 @@ import bpy
 import fitter
 from fitter import cli
 from fitter.formats.reading import OPTIONS
-from fitter.presets import PRESET_DESCRIPTIONS, PRESETS
+from fitter.methods.presets import PRESET_DESCRIPTIONS, PRESETS
 from support.checkout import extension
 
 _OPERATORS = """# Operators

@@ -21,15 +21,15 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import shared_groups
 from ..annotations import not_none
-from ..device import renders_on_gpu
-from ..world_lights import bright_spots
+from ..blender import shared_groups
+from ..blender.device import renders_on_gpu
 from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import node_tree
 from .lamp import Lamp
 from .light_objects import light_of
+from .world_lights import bright_spots
 
 __all__ = ["in_scene", "is_main_thread_free", "node_tree", "register", "sky_moves", "unregister", "update"]
 

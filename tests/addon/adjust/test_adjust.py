@@ -24,8 +24,8 @@ def material(blender, curet):
 
 def shown(material):
     """The fit that a material keeps."""
-    from measured_brdf.addon.core import material as materials
-    from measured_brdf.addon.core import node_group
+    from measured_brdf.addon.core.shading import material as materials
+    from measured_brdf.addon.core.shading import node_group
 
     return fitter.Fit.from_bytes(node_group.kept_fit(materials.group_node(material).node_tree))
 
@@ -68,7 +68,7 @@ def test_what_is_not_a_number_is_refused(blender, material, name, told):
 
 
 def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
-    worth = extension.addon.core.properties.quality_summary
+    worth = extension.addon.core.storage.properties.quality_summary
     settings = material.measured_brdf_adjustments
     praise = worth(material.measured_brdf)
     settings.highlight_gain = 3.0
@@ -87,7 +87,7 @@ def test_as_measured_takes_everything_back(blender, extension, curet, material, 
 
 @release
 def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, random):
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
 
     settings = material.measured_brdf_adjustments
     settings.highlight_gain = 2.0
@@ -115,8 +115,8 @@ def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
 
 @pytest.mark.parametrize("change", ["import", "adjust", "fit", "update"])
 def test_the_group_has_the_name_of_its_material(blender, material, change):
-    from measured_brdf.addon.core import material as materials
     from measured_brdf.addon.core import versions
+    from measured_brdf.addon.core.shading import material as materials
 
     if change == "adjust":
         material.measured_brdf_adjustments.diffuse_gain = 0.5
@@ -229,7 +229,7 @@ def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing
 
 @pytest.mark.parametrize("name", quick(["satin", "aged", "lacquered", "wet", "dusty"], "satin", "wet"))
 def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(blender, material, extension, name):
-    from fitter.variations import variation
+    from fitter.library.variations import variation
 
     measured = shown(material)
     settings = material.measured_brdf_adjustments
@@ -239,7 +239,7 @@ def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(
     wanted = fitter.edited(measured, **variation(name, measured))
     first, second = np.broadcast_arrays(shown(material).evaluate(*at), wanted.evaluate(*at))
     np.testing.assert_allclose(first, second, rtol=1e-4, atol=1e-6)
-    assert extension.addon.core.edits.is_as_wanted(material), "nothing is left to apply"
+    assert extension.addon.core.storage.edits.is_as_wanted(material), "nothing is left to apply"
     assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
     np.testing.assert_array_equal(*np.broadcast_arrays(shown(material).evaluate(*at), measured.evaluate(*at)))
 
@@ -253,7 +253,7 @@ def click(adjust, material, reset=False, variation="NONE"):
 
 
 def test_a_click_moves_the_sliders_at_once_and_the_fit_follows(blender, extension, material, monkeypatch):
-    adjust, edits = extension.addon.adjust.operators, extension.addon.core.edits
+    adjust, edits = extension.addon.adjust.operators, extension.addon.core.storage.edits
     window, now = _Window(blender), [100.0]
     monkeypatch.setattr(adjust, "bpy", window)
     monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])

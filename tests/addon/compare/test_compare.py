@@ -180,7 +180,7 @@ def test_the_scenes_world_gives_the_light(one, comparison, looks, small):
 
 
 def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, monkeypatch):
-    from measured_brdf.addon.core import look
+    from measured_brdf.addon.core.shading import look
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -193,7 +193,7 @@ def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, m
 
 
 def test_a_render_that_fails_is_told(one, looks, small, monkeypatch):
-    from measured_brdf.addon.core import look
+    from measured_brdf.addon.core.shading import look
 
     monkeypatch.setattr(look, "write_request", lambda folder, request: (folder / "request.json").write_text(
         json.dumps(request._asdict() | {"shape": "SPHERE", "materials": ["gone"]}), "utf-8"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import pictures
+from fitter.imaging import pictures
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +15,7 @@ def fits(glossy):
 
 @pytest.fixture(scope="module")
 def kept(extension, fits):
-    from measured_brdf.addon.core.outcomes import Kept
+    from measured_brdf.addon.core.storage.outcomes import Kept
     from measured_brdf.addon.work import tasks
 
     return [Kept(tasks.kept_bytes(fit), fit.name, "Rec.709") for fit in fits]
@@ -64,7 +64,7 @@ def test_figures_are_counted_and_integrated(comparisons, kept, fits, random):
 
 
 def test_a_grey_fit_has_one_albedo_three_times(comparisons, glossy):
-    from measured_brdf.addon.core.outcomes import Kept
+    from measured_brdf.addon.core.storage.outcomes import Kept
     from measured_brdf.addon.work import tasks
 
     grey = fitter.Samples(*glossy.directions, glossy.values[:, :1], ("grey",), "grey")

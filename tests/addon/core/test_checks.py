@@ -51,7 +51,7 @@ def test_more_lamps_without_a_size_than_can_be_known_are_reported(blender, scene
 
 
 def test_materials_that_mix_more_than_cycles_has_room_for_are_reported(blender, scene, glossy):
-    from measured_brdf.addon.core.material import mixed
+    from measured_brdf.addon.core.shading.material import mixed
 
     import fitter
     from support.stage import blank_material, material_for
@@ -82,7 +82,7 @@ def measured(blender, glossy, write_astm, folder, **choices):
 @pytest.mark.parametrize("without", ["OSL", "Cycles"])
 def test_where_osl_cannot_run_the_way_out_of_exact_is_automatic(blender, scene, glossy, write_astm, tmp_path,
                                                                 monkeypatch, without):
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import osl_support
 
     material = measured(blender, glossy, write_astm, tmp_path, rendering="EXACT")
     if without == "OSL":
@@ -111,7 +111,7 @@ def test_the_command_reports_what_it_finds(blender, scene, capfd):
 
 
 def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tmp_path):
-    from measured_brdf.addon.core.material import group_node
+    from measured_brdf.addon.core.shading.material import group_node
 
     assert not blender.ops.measured_brdf.use_method.poll()
     node = group_node(measured(blender, glossy, write_astm, tmp_path))

@@ -12,7 +12,7 @@ LISTED = {"OPTIX": [("Some CPU", "CPU", "CPU"), GPU], "CUDA": [("Some CPU", "CPU
 @pytest.fixture
 def device(extension):
     """The module, which has listed no device yet."""
-    from measured_brdf.addon.core import device
+    from measured_brdf.addon.core.blender import device
 
     device._available.cache_clear()
     yield device

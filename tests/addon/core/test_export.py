@@ -54,7 +54,7 @@ def material(blender):
 
 
 def update(material, close, **options):
-    from measured_brdf.addon.core import export_surface
+    from measured_brdf.addon.core.shading import export_surface
 
     export_surface.update(material, group(material), outcome(close, **options))
 
@@ -64,7 +64,7 @@ def group(material):
 
 
 def follow(material):
-    from measured_brdf.addon.core import export_surface
+    from measured_brdf.addon.core.shading import export_surface
 
     export_surface.follow(material, group(material))
 
@@ -227,7 +227,7 @@ def test_an_output_that_the_user_has_made_for_all_renderers_is_kept(blender, mat
 
 
 def test_colors_are_those_of_the_open_file(blender, material):
-    from measured_brdf.addon.core.reading import scene_colours
+    from measured_brdf.addon.core.storage.reading import scene_colours
 
     from fitter.colours import DEFAULT, conversion
 
@@ -238,7 +238,7 @@ def test_colors_are_those_of_the_open_file(blender, material):
 
 
 def test_what_a_user_has_changed_outlives_another_fit(material):
-    from measured_brdf.addon.core import export_surface
+    from measured_brdf.addon.core.shading import export_surface
 
     update(material, CLOTH)
     node = material.node_tree.nodes[export_surface.NAME]
@@ -254,7 +254,7 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     write_astm(tmp_path / "glossy.astm", glossy)
     blender.ops.mesh.primitive_plane_add()
     assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
-    from measured_brdf.addon.core import export_surface
+    from measured_brdf.addon.core.shading import export_surface
 
     made = blender.context.object.active_material.node_tree.nodes[export_surface.NAME]
     expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}
@@ -367,7 +367,7 @@ def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
     follow(material)
     assert {node.name for node in material.node_tree.nodes} == before
     assert [image.name for image in blender.data.images] == ["checker"]
-    from measured_brdf.addon.core import export_surface
+    from measured_brdf.addon.core.shading import export_surface
 
     export = material.node_tree.nodes[export_surface.NAME]
     assert export.inputs["Base Color"].default_value[:3] == pytest.approx(CLOTH.base_color, abs=EXACT)
@@ -408,7 +408,7 @@ def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
 def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender, gltf, material, tmp_path, capfd,
                                                                         monkeypatch):
     import measured_brdf
-    from measured_brdf.addon.core import export_surface
+    from measured_brdf.addon.core.shading import export_surface
 
     update(material, CLOTH)
     assert export_surface.losses(material) == []
@@ -421,7 +421,7 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     follow(material)
     told = export_surface.losses(material)
     assert [line.split(":")[0] for line in told] == ["Tint", "Strength", "Normal"]
-    monkeypatch.setattr("measured_brdf.addon.core.material.surface_node", group)
+    monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
     of_dialog = SimpleNamespace(active_operator=SimpleNamespace(bl_idname="WM_OT_usd_export"))
     from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
 
@@ -437,7 +437,7 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
 
 
 def test_it_is_told_where_another_output_is_exported(blender, material):
-    from measured_brdf.addon.core import export_surface
+    from measured_brdf.addon.core.shading import export_surface
 
     update(material, CLOTH)
     mine = material.node_tree.nodes.new("ShaderNodeOutputMaterial")

@@ -10,7 +10,7 @@ from fitter.quality.physics import directional_albedo
 
 @pytest.fixture
 def look(blender):
-    from measured_brdf.addon.core import look
+    from measured_brdf.addon.core.shading import look
 
     return look
 
@@ -31,7 +31,7 @@ def places(mesh):
 
 
 def test_the_ball_has_a_groove_and_is_turned_about_its_axis(look):
-    from measured_brdf.addon.core import tangents
+    from measured_brdf.addon.core.shading import tangents
 
     mesh = look._lathe(look._ball_profile())
     at = places(mesh)

@@ -13,10 +13,10 @@ from support.operators import default_choices
 @pytest.fixture
 def making(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
     """The module, what `create` takes, twice, and what lets its last step fail from then on."""
-    from measured_brdf.addon.core.properties import use_preset
+    from measured_brdf.addon.core.storage.properties import use_preset
     from measured_brdf.addon.work import tasks
 
-    module, path = extension.addon.core.material, str(write_astm(tmp_path / "a.astm", glossy, "a"))
+    module, path = extension.addon.core.shading.material, str(write_astm(tmp_path / "a.astm", glossy, "a"))
     choices = default_choices()
     use_preset(choices, "Draft")
     choices.filepath = path
@@ -77,5 +77,5 @@ def test_what_a_user_mixes_it_with_is_what_eevee_shows_too(making):
 def test_one_without_nodes_holds_nothing(blender, extension):
     """As before Blender 5.0."""
     material = bpy.data.materials.new("Plain")
-    assert extension.addon.core.material.group_nodes(material) == []
-    assert not extension.addon.core.material.is_shown(material)
+    assert extension.addon.core.shading.material.group_nodes(material) == []
+    assert not extension.addon.core.shading.material.is_shown(material)

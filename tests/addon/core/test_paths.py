@@ -11,7 +11,7 @@ CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": -1}
 
 @pytest.fixture
 def paths(extension):
-    from measured_brdf.addon.core import paths
+    from measured_brdf.addon.core.storage import paths
 
     return paths
 

@@ -34,7 +34,7 @@ def imported(scene, write_astm, glossy, tmp_path):
 
 
 def how(material):
-    from measured_brdf.addon.core import rendered
+    from measured_brdf.addon.core.shading import rendered
 
     return rendered.in_scene(material, bpy.context.scene)
 
@@ -90,14 +90,14 @@ def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
     material = imported("EXACT" if choice == "NODES" else "NODES")
     assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
 
     assert materials.rendering_of(material) == choice
 
 
 @pytest.mark.parametrize("device", quick(["HIP", "METAL", "ONEAPI", "CUDA"], "METAL"))
 def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, monkeypatch, device):
-    from measured_brdf.addon.core import device as devices
+    from measured_brdf.addon.core.blender import device as devices
 
     material = imported("EXACT")
     monkeypatch.setattr(devices, "effective_device", lambda scene: "CPU" if scene.cycles.device == "CPU" else device)
@@ -113,7 +113,7 @@ def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, mo
 
 
 def test_osl_on_optix_is_told_to_be_untested(scene, imported, monkeypatch):
-    from measured_brdf.addon.core import device as devices
+    from measured_brdf.addon.core.blender import device as devices
 
     material = imported()
     monkeypatch.setattr(devices, "effective_device", lambda scene: "OPTIX")
@@ -189,7 +189,7 @@ def test_a_render_without_a_window_says_what_it_used(scene, imported, capfd):
 
 
 def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
-    from measured_brdf.addon.core.rendered import Rendered, sentence
+    from measured_brdf.addon.core.shading.rendered import Rendered, sentence
 
     found = Rendered("NODES", 0.05, 0.1, "OSL is off", True)
     assert sentence(found, "EXACT") == (
@@ -207,7 +207,7 @@ def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
     ("NODES", 0.01, "Cycles has no OSL on CUDA devices", False, "Nodes: no OSL here"),
     ("OTHER", 1.0, "", False, "Not connected to the output")])
 def test_the_rendering_in_four_words(how, error, why, can_enable, words):
-    from measured_brdf.addon.core.rendered import Rendered, in_words
+    from measured_brdf.addon.core.shading.rendered import Rendered, in_words
 
     found = Rendered(how, error, error, why, can_enable)
     assert in_words(found) == words
@@ -268,8 +268,8 @@ def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path)
 
 
 def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, imported, monkeypatch, capfd):
-    from measured_brdf.addon.core import device as devices
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import device as devices
+    from measured_brdf.addon.core.blender import osl_support
 
     def told():
         capfd.readouterr()
@@ -311,7 +311,7 @@ def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others
 
 
 def test_a_script_that_names_fast_gets_nodes(scene, imported):
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
 
     material = imported("FAST")
     assert material.measured_brdf.rendering == materials.rendering_of(material) == "NODES"

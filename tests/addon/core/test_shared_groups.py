@@ -13,7 +13,7 @@ def made(blender, extension):
             tree.nodes.new(kind).name = kind
         tree.links.new(source.outputs[0], tree.nodes["ShaderNodeMath"].inputs[0])
 
-    shared = extension.addon.core.shared_groups
+    shared = extension.addon.core.blender.shared_groups
     tree = shared.shared_group("Tested", fill)
     yield shared, tree
     blender.data.node_groups.remove(tree)

@@ -25,7 +25,7 @@ def findings(blender):
 
 
 def tangent(material):
-    from measured_brdf.addon.core.material import tangent_input
+    from measured_brdf.addon.core.shading.material import tangent_input
 
     return tangent_input(material)
 
@@ -78,7 +78,7 @@ def test_without_a_uv_map_of_any_area_there_is_a_hint_and_no_fix(blender, materi
 
 @pytest.mark.parametrize("name", ["", "Another"])
 def test_a_tangent_node_of_a_uv_map_that_is_not_there_is_found(blender, material, name):
-    from measured_brdf.addon.core import tangents
+    from measured_brdf.addon.core.shading import tangents
 
     mesh = show(blender, "uv_sphere", material).data
     tangents.take_from_uv(material)

@@ -15,7 +15,7 @@ WIDTH, HEIGHT = 400, 300
 
 @pytest.fixture
 def targets(extension):
-    from measured_brdf.addon.core import targets
+    from measured_brdf.addon.core.blender import targets
 
     return targets
 

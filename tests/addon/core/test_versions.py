@@ -42,20 +42,20 @@ def saved(blender):
 
 
 def group(material):
-    from measured_brdf.addon.core.material import group_node
+    from measured_brdf.addon.core.shading.material import group_node
 
     return group_node(material).node_tree
 
 
 def kept(material):
-    from measured_brdf.addon.core.node_group import kept_fit
+    from measured_brdf.addon.core.shading.node_group import kept_fit
 
     return fitter.Fit.from_bytes(kept_fit(group(material)))
 
 
 def inputs(material):
     """Values and links of the node that users have, without those of renderings."""
-    from measured_brdf.addon.core.material import group_node
+    from measured_brdf.addon.core.shading.material import group_node
 
     return {socket.name: socket.links[0].from_node.name if socket.is_linked else tuple(socket.default_value)
             if socket.type == "RGBA" else socket.default_value
@@ -94,7 +94,8 @@ def test_a_file_that_this_version_saved_opens(blender):
 
 
 def test_it_renders_as_it_did_and_is_told_apart(saved):
-    from measured_brdf.addon.core import material, versions
+    from measured_brdf.addon.core import versions
+    from measured_brdf.addon.core.shading import material
     from measured_brdf.addon.panel import main
 
     assert material.is_outdated(saved)
@@ -107,7 +108,8 @@ def test_it_renders_as_it_did_and_is_told_apart(saved):
 
 
 def test_an_update_renders_the_fit_that_the_file_carries(saved):
-    from measured_brdf.addon.core import material, node_group, versions
+    from measured_brdf.addon.core import versions
+    from measured_brdf.addon.core.shading import material, node_group
 
     before, fit, users = group(saved), kept(saved), inputs(saved)
     assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
@@ -125,7 +127,7 @@ def test_an_update_renders_the_fit_that_the_file_carries(saved):
 
 
 def test_copies_that_share_a_shader_go_on_sharing_it_and_mixes_follow(saved):
-    from measured_brdf.addon.core import material
+    from measured_brdf.addon.core.shading import material
 
     copy = saved.copy()
     assert bpy.ops.measured_brdf.mix(first=saved.name, second=copy.name) == {"FINISHED"}
@@ -148,7 +150,8 @@ def test_a_damaged_fit_is_named_and_its_material_left_alone(saved):
 
 
 def test_a_shader_that_cannot_take_anothers_place_leaves_nothing_behind(saved, monkeypatch):
-    from measured_brdf.addon.core import compiler, lamps, material
+    from measured_brdf.addon.core import lamps
+    from measured_brdf.addon.core.shading import compiler, material
     from measured_brdf.addon.work import queries, tasks
 
     made, = tasks.rebake([queries.embedded_fit(saved)])

@@ -28,7 +28,7 @@ def apart(one, other):
 
 @pytest.mark.parametrize("place", [(1, 0.3, 0.5), (-1, 0, 0), (-0.5, -1, -0.2), (0.1, 0, 1)])
 def test_a_disk_in_an_image_is_found_with_its_size_and_light(extension, place):
-    (direction, radius, light), = extension.addon.core.world_lights.spots(panorama([place]))
+    (direction, radius, light), = extension.addon.core.lamps.world_lights.spots(panorama([place]))
     assert apart(direction, place) < math.radians(0.4)
     assert radius == pytest.approx(DISK, abs=math.radians(0.8))
     assert light == pytest.approx(500 * 2 * math.pi * (1 - math.cos(DISK)), rel=0.2)
@@ -36,10 +36,10 @@ def test_a_disk_in_an_image_is_found_with_its_size_and_light(extension, place):
 
 def test_several_disks_are_found_and_even_skies_have_none(extension):
     places = (1, 0, 0.5), (0, 1, 0.2), (-1, -1, 1)
-    directions = [direction for direction, *_ in extension.addon.core.world_lights.spots(panorama(places))]
+    directions = [direction for direction, *_ in extension.addon.core.lamps.world_lights.spots(panorama(places))]
     assert len(directions) == 3
     assert all(min(apart(place, direction) for direction in directions) < math.radians(0.4) for place in places)
-    spots = extension.addon.core.world_lights.spots
+    spots = extension.addon.core.lamps.world_lights.spots
     assert spots(np.full((128, 256), 0.7)) == []
     assert spots(np.zeros((64, 128))) == []
     assert spots(np.linspace(0, 1, 128)[:, None] * np.ones(256)) == []          # brighter toward the zenith
@@ -71,10 +71,10 @@ def test_the_sun_of_a_sky_texture_stands_where_cycles_shows_it(blender, extensio
     tree = scene.world.node_tree
     sky = tree.nodes.new("ShaderNodeTexSky")
     sky.sun_disc, sky.sun_size, sky.sun_rotation, sky.sun_elevation = True, math.radians(2), rotation, elevation
-    assert extension.addon.core.world_lights.bright_spots(scene.world) == []            # it lights nothing yet
+    assert extension.addon.core.lamps.world_lights.bright_spots(scene.world) == []            # it lights nothing yet
     tree.links.new(sky.outputs["Color"], tree.nodes["Background"].inputs["Color"])
     tree.nodes["Background"].inputs["Strength"].default_value = 1
-    (direction, radius, _), = extension.addon.core.world_lights.bright_spots(scene.world)
+    (direction, radius, _), = extension.addon.core.lamps.world_lights.bright_spots(scene.world)
     assert apart(direction, rendered(scene)) < math.radians(2)
     assert radius == pytest.approx(math.radians(1))
 
@@ -117,7 +117,7 @@ def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_
         return pixels
 
     def found():
-        return [spot.direction for spot in extension.addon.core.world_lights._in_image(image)]
+        return [spot.direction for spot in extension.addon.core.lamps.world_lights._in_image(image)]
 
     path = tmp_path / "sky.exr"
     save(5)
@@ -137,7 +137,7 @@ def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_
 
 
 def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):
-    sky, looked = extension.addon.core.world_lights, []
+    sky, looked = extension.addon.core.lamps.world_lights, []
     spots = sky.spots
     monkeypatch.setattr(sky, "spots", lambda radiance: looked.append(1) or spots(radiance))
     images = [blender.data.images.new("Sky", 64, 32, float_buffer=True) for _ in range(2)]

@@ -98,7 +98,7 @@ def test_in_a_window_a_file_that_is_not_understood_is_asked_about(blender, exten
                                 name_columns=lambda *given, **options: called.append(("name_columns", options)))
     monkeypatch.setattr(module, "bpy", SimpleNamespace(
         ops=SimpleNamespace(measured_brdf=operators), app=SimpleNamespace(background=False), types=blender.types))
-    choices = dict.fromkeys((*extension.addon.core.properties.CHOICES, "target", "slot", "others"), 0)
+    choices = dict.fromkeys((*extension.addon.core.storage.properties.CHOICES, "target", "slot", "others"), 0)
     choices |= {"filepath": file}
     importing = SimpleNamespace(options=SimpleNamespace(is_invoke=True), is_checked=False, **choices,
                                 _paths=lambda: [file], given=lambda: {"filepath": file})

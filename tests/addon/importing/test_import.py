@@ -155,7 +155,8 @@ def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cub
 
 
 def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypatch):
-    from measured_brdf.addon.core import osl_support, rendered
+    from measured_brdf.addon.core.blender import osl_support
+    from measured_brdf.addon.core.shading import rendered
 
     monkeypatch.setattr(osl_support, "missing", lambda: osl_support.NO_OSL)
     import_file(blender, file)

@@ -23,7 +23,7 @@ def plane(blender):
 
 
 def node_of(item):
-    from measured_brdf.addon.core.material import group_node
+    from measured_brdf.addon.core.shading.material import group_node
 
     return group_node(item.active_material)
 
@@ -53,7 +53,7 @@ def test_it_is_isotropic_where_the_user_says_so_and_a_refit_changes_it(blender, 
 
 @release
 def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, plane, file):
-    from measured_brdf.addon.core import tangents
+    from measured_brdf.addon.core.shading import tangents
 
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     tangents.take_from_uv(plane.active_material)
@@ -65,7 +65,7 @@ def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, 
 
 
 def test_a_quarter_of_a_turn_swaps_bright_and_dark(blender, plane, file):
-    from measured_brdf.addon.core import tangents
+    from measured_brdf.addon.core.shading import tangents
 
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     tangents.take_from_uv(plane.active_material)

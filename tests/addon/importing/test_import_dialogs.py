@@ -24,7 +24,8 @@ def asking(blender, extension, monkeypatch):
             "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
             "start": note("start", {"RUNNING_MODAL"})}
         made = type("Asking", bases, own)()
-        values = dict.fromkeys((*extension.addon.core.properties.CHOICES, "directory", "others", "complaint"), "")
+        choices = extension.addon.core.storage.properties.CHOICES
+        values = dict.fromkeys((*choices, "directory", "others", "complaint"), "")
         values |= {"files": [], "target": 7, "slot": 0, "is_checked": False, "for_material": False,
                    "options": SimpleNamespace(is_invoke=True), "properties": MagicMock()}
         for key, value in (values | given).items():

@@ -91,15 +91,15 @@ def test_refit_and_panel_read_as_the_import_did(blender, cube, file, extension, 
 
 def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_path, extension):
     """Options of anisotropic measurements, from the operator and from the command line: as `fitter.load` takes them."""
-    materials = extension.addon.core
+    reading = extension.addon.core.storage.reading
     choices = SimpleNamespace(angles="auto", quantity="auto", illuminant="D65", isotropic="anisotropic",
                               symmetry="half_turn", encoding="srgb", keep_unmeasured=True, columns="")
-    asked = materials.reading.load_arguments(choices)
+    asked = reading.load_arguments(choices)
     assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (False, "half_turn", "srgb")
     assert asked["keep_unmeasured"]
     for isotropic in (None, True, False):
-        materials.reading.use_reading(choices, {"isotropic": isotropic})
-        asked = materials.reading.load_arguments(choices)
+        reading.use_reading(choices, {"isotropic": isotropic})
+        asked = reading.load_arguments(choices)
         assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (isotropic, None, "raw")
     path = tmp_path / "turned.csv"
     rows = [f"30,{turn},{theta},{turn + 180},{1 + turn / 100}" for turn in range(0, 180, 20)
@@ -178,7 +178,7 @@ def test_the_dialogs_draw_the_options(extension):
 @pytest.mark.parametrize(("space", "name"), [("Linear Rec.709", "Rec.709"), ("Linear Rec.2020", "Rec.2020"),
                                              ("ACEScg", "ACEScg")])
 def test_the_space_of_the_file_is_that_of_the_picture(blender, cube, file, space, name):
-    from measured_brdf.addon.core.reading import scene_colours
+    from measured_brdf.addon.core.storage.reading import scene_colours
 
     use_space(blender, space)
     assert scene_colours() == name
@@ -217,7 +217,7 @@ def test_a_material_of_another_space_is_told_and_mended(blender, cube, file, gre
 
 
 def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extension, monkeypatch):
-    reading = extension.addon.core.reading
+    reading = extension.addon.core.storage.reading
     blender.ops.measured_brdf.import_data(filepath=file, **CHEAP, **HOW)
     monkeypatch.setattr(reading, "Color", lambda axis: SimpleNamespace(
         from_scene_linear_to_xyz_d65=lambda: SimpleNamespace(r=axis[0], g=axis[1], b=axis[2])))

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import plane_plot
+from fitter.imaging import plane_plot
 from fitter.methods import prior
 from support.anisotropic import brushed_fit
 from support.cases import release
@@ -271,7 +271,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     """One drawing of one plane: the fit, its samples and what is a guess, into a picture and over the viewport."""
     from measured_brdf.addon.inspect import overlay
     from measured_brdf.addon.work import queries, tasks
-    from measured_brdf.fitter import pictures
+    from measured_brdf.fitter.imaging import pictures
 
     settings = stage.item.active_material.measured_brdf
     settings.least, settings.farthest = 60, 75

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fitter import plane_plot
+from fitter.imaging import plane_plot
 
 
 @pytest.fixture

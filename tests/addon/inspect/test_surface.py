@@ -33,7 +33,7 @@ def show(material, shape, modifier=None, **options):
 
 
 def tangent_node(material, **settings):
-    from measured_brdf.addon.core.material import tangent_input
+    from measured_brdf.addon.core.shading.material import tangent_input
 
     node = material.node_tree.nodes.new("ShaderNodeTangent")
     for name, value in settings.items():

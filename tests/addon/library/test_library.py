@@ -127,7 +127,7 @@ def test_measurements_that_are_a_multiple_and_other_options_are_not_up_to_date(b
 
 
 def test_a_rendering_that_a_user_chose_in_a_library_stays(blender, folder, library, glossy, write_astm):
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
 
     assert convert(folder, library).returncode == 0
     bpy.ops.wm.open_mainfile(filepath=str(library))
@@ -228,7 +228,7 @@ def test_a_users_copy_of_a_material_of_a_library_stays_what_it_is(blender, folde
 
 
 def test_what_is_saved_into_a_library_meanwhile_is_not_lost(blender, folder, library):
-    from measured_brdf.addon.core import library_file as libraries
+    from measured_brdf.addon.core.libraries import library_file as libraries
 
     assert convert(folder, library).returncode == 0
     opened = libraries.open_part(library)
@@ -252,7 +252,7 @@ def test_what_a_killed_writer_left_is_removed_and_what_another_library_is_writin
 
 
 def test_a_file_of_a_newer_blender_is_not_rewritten(blender, folder, library, monkeypatch):
-    from measured_brdf.addon.core import library_file as libraries
+    from measured_brdf.addon.core.libraries import library_file as libraries
 
     assert convert(folder, library).returncode == 0
 
@@ -323,7 +323,7 @@ def test_a_library_that_does_not_fit_onto_the_disk_is_an_error_and_the_former_on
 def test_what_blender_says_where_it_cannot_save_is_an_error_that_names_the_library(blender, extension, tmp_path):
     path = tmp_path / "not there" / "library.blend"
     with pytest.raises(OSError, match="annot open file") as raised:
-        extension.addon.core.library_file.save_part(path, None)
+        extension.addon.core.libraries.library_file.save_part(path, None)
     assert raised.value.filename == str(path)
 
 
@@ -354,7 +354,7 @@ def test_with_force_nothing_is_put_aside_where_nothing_is_written(library, tmp_p
 
 HOLD = """
 import sys
-from fitter.files import locked
+from fitter.storage.files import locked
 with locked(sys.argv[1]):
     print("held", flush=True)
     sys.stdin.read()
@@ -386,7 +386,7 @@ def test_a_second_writer_is_told_who_is_first(folder, library, held):
 @pytest.fixture
 def convert_to_small_files(library, monkeypatch):
     """Convert with as few as `size` materials a file."""
-    from measured_brdf.addon.core import library_file
+    from measured_brdf.addon.core.libraries import library_file
 
     def run(size, arguments):
         monkeypatch.setattr(library_file, "MATERIALS_PER_FILE", size)
@@ -419,7 +419,7 @@ def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
 
 def test_files_that_stay_as_they_are_are_not_opened_and_no_process_is_left(
         convert_to_small_files, folder, library, glossy, write_astm, monkeypatch):
-    from measured_brdf.addon.core import library_file
+    from measured_brdf.addon.core.libraries import library_file
     from measured_brdf.addon.work import process
 
     arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
@@ -572,7 +572,7 @@ def test_a_material_that_cannot_be_made_is_a_failed_row_and_ends_nothing(extensi
 
 
 def test_a_folder_and_a_file_of_another_kind_are_not_replaced_by_a_library(blender, extension, tmp_path):
-    library_file = extension.addon.core.library_file
+    library_file = extension.addon.core.libraries.library_file
     (tmp_path / "library.blend").mkdir()
     assert library_file.refusal(tmp_path / "library.blend").endswith("library.blend is not a file")
     with (pytest.raises(library_file.LibraryError, match=r"expected a name that ends in \.blend"),
@@ -581,7 +581,7 @@ def test_a_folder_and_a_file_of_another_kind_are_not_replaced_by_a_library(blend
 
 
 def test_an_open_file_that_was_deleted_refuses_nothing(blender, tmp_path):
-    from measured_brdf.addon.core import library_file
+    from measured_brdf.addon.core.libraries import library_file
 
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "open.blend"))
     (tmp_path / "open.blend").unlink()
@@ -634,8 +634,8 @@ def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(b
         assert source.materials == ["a + b"]
         target.materials = ["a + b"]
     mix = target.materials[0]
-    from measured_brdf.addon.core import material as materials
-    from measured_brdf.addon.core import mixing
+    from measured_brdf.addon.core.shading import material as materials
+    from measured_brdf.addon.core.shading import mixing
 
     node = materials.mix_node(mix)
     assert [part.name for part in mixing.mixes.parts(node)[:2]] == ["a", "b"]

@@ -34,7 +34,7 @@ def material(blender, file):
 
 
 def settings_of(material):
-    from measured_brdf.addon.core import paths
+    from measured_brdf.addon.core.storage import paths
 
     settings = material.measured_brdf
     return {"filepath": paths.absolute(material)} | {name: getattr(settings, name) for name in (

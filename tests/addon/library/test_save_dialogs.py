@@ -103,7 +103,7 @@ def test_a_material_that_cannot_be_made_an_asset_of_the_open_file_is_none(materi
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     material = bpy.context.object.active_material
     before = state()
-    monkeypatch.setattr(extension.addon.core.assets, failing, fail)
+    monkeypatch.setattr(extension.addon.core.libraries.assets, failing, fail)
     with pytest.raises(RuntimeError, match=r"^Error: no space left\s*$"):        # without a traceback
         bpy.ops.measured_brdf.save_asset()
     assert material.asset_data is None
@@ -115,7 +115,7 @@ def test_an_asset_that_cannot_be_written_leaves_the_material_and_its_name(materi
         raise OSError("no space left")
 
     before = state()
-    monkeypatch.setattr(extension.addon.core.assets, "renew", fail)
+    monkeypatch.setattr(extension.addon.core.libraries.assets, "renew", fail)
     with pytest.raises(RuntimeError, match="no space left"):
         bpy.ops.measured_brdf.save_asset(directory=str(tmp_path / "assets"))
     assert state() == before

@@ -20,8 +20,8 @@ def fits(curet, cornell):
 
 
 def measured(name, fit):
-    from measured_brdf.addon.core import material as materials
-    from measured_brdf.addon.core import node_group
+    from measured_brdf.addon.core.shading import material as materials
+    from measured_brdf.addon.core.shading import node_group
 
     made = bpy.data.materials.new(name)
     if not made.node_tree:
@@ -138,7 +138,7 @@ def test_a_mask_beyond_black_and_white_shows_one_material_as_it_is(sphere, fits,
 
 
 def test_a_mix_follows_its_materials(sphere, fits):
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
 
     sphere(4)
     made = mixed("felt", "krylon", 0.3)
@@ -154,7 +154,7 @@ def test_a_mix_follows_its_materials(sphere, fits):
 
 
 def test_a_layer_of_a_mix_of_a_mix_has_the_share_that_its_slider_says(sphere, fits):
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
     from measured_brdf.addon.mix import mix_group
     from measured_brdf.addon.work import queries
 

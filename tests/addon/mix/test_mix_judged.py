@@ -22,7 +22,7 @@ NEAR = 2e-3                 # relative: fits of a constant are not constant to t
 @pytest.fixture
 def parts(extension):
     from measured_brdf.addon.compare import curves, operators, panel, settings
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
     from measured_brdf.addon.inspect import mask, session, surface
     from measured_brdf.addon.work import queries, queue
 

@@ -196,7 +196,7 @@ def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):
 
 
 def test_a_material_of_an_older_version_is_not_judged(material):
-    from measured_brdf.addon.core.properties import quality_summary
+    from measured_brdf.addon.core.storage.properties import quality_summary
 
     material.measured_brdf.match, material.measured_brdf.version = -1, ""
     assert quality_summary(material.measured_brdf) == ("", "", False, False)
@@ -208,7 +208,7 @@ def test_a_material_of_an_older_version_is_not_judged(material):
     (9.0, "Matches the measurements: poor. Between measured angles: poor. Choose", "ERROR", "WARNING"),
     (-1.0, "Matches the measurements: not judged, for there is nothing to compare. Meas", "ERROR", "WARNING")])
 def test_a_bad_fit_is_a_warning_in_the_panel_and_in_the_info_line(ui, material, match, words, icon, level):
-    from measured_brdf.addon.core.properties import quality_summary
+    from measured_brdf.addon.core.storage.properties import quality_summary
 
     settings = material.measured_brdf
     settings.match = settings.between = match
@@ -221,7 +221,7 @@ def test_a_bad_fit_is_a_warning_in_the_panel_and_in_the_info_line(ui, material, 
 
 
 def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender, capfd):
-    from measured_brdf.addon.core.properties import quality_summary
+    from measured_brdf.addon.core.storage.properties import quality_summary
 
     blender.ops.mesh.primitive_cube_add()
     capfd.readouterr()
@@ -237,7 +237,7 @@ def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender,
 
 @pytest.mark.parametrize("preset", quick(PRESETS, "Paper", "Standard"))
 def test_the_name_of_a_fit_is_that_of_its_preset(blender, file, preset, quick):
-    from measured_brdf.addon.core import properties
+    from measured_brdf.addon.core.storage import properties
 
     blender.ops.mesh.primitive_cube_add()
     if preset == "Reference":
@@ -262,7 +262,7 @@ def test_nothing_is_fitted_to_draw_a_material_that_has_its_fit(ui, material, mon
 
 
 def test_presets_have_one_order_everywhere(ui, blender, material):
-    from measured_brdf.addon.core import properties
+    from measured_brdf.addon.core.storage import properties
 
     shown = drawn(ui, ui.data, material)
     assert shown.button("Standard").place < shown.button("Reference").place
@@ -298,7 +298,7 @@ def test_under_material_preview_the_panel_says_that_final_renders_are_exact(ui, 
     (6.1, "Reference", "Matches the measurements: poor. Measurements lists the values that are doubtful"),
     (6.0, "Standard", "Matches the measurements: fair")])
 def test_a_poor_match_comes_with_what_to_do_about_it(ui, material, match, preset, advice):
-    from measured_brdf.addon.core import properties
+    from measured_brdf.addon.core.storage import properties
 
     settings = material.measured_brdf
     settings.match, settings.between = match, -1
@@ -539,7 +539,7 @@ def test_only_the_import_of_a_user_leads_to_the_tab(blender, file, monkeypatch):
     blender.ops.mesh.primitive_cube_add()
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     assert shown == []
-    from measured_brdf.addon.core.properties import CHOICES
+    from measured_brdf.addon.core.storage.properties import CHOICES
     from measured_brdf.addon.work import tasks
 
     class Invoked(making.MakesMaterials):

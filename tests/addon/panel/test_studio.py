@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import Fit, studio
+from fitter import Fit
+from fitter.imaging import studio
 from support.drawn import Layout
 from support.stage import black_scene, render
 
@@ -30,8 +31,8 @@ def use(name):
 
 @pytest.mark.parametrize("turn", [0.0, 70.0])
 def test_the_camera_sees_what_the_thumbnail_shows(scene, turn):
-    from measured_brdf.addon.core import material as materials
-    from measured_brdf.addon.core import node_group
+    from measured_brdf.addon.core.shading import material as materials
+    from measured_brdf.addon.core.shading import node_group
 
     material = use("chromium-satin")
     angle = math.radians(turn)

@@ -138,7 +138,7 @@ def test_materials_that_are_found_make_a_plane_like_the_sample(scene, sample, wr
 
 
 def test_materials_of_the_file_are_mixed_and_stay_as_they_are(scene, sample, written):
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
 
     for fit, name in zip(sample.fits, NAMES, strict=True):
         stage.material_for(fit).name = name
@@ -276,7 +276,7 @@ def test_an_error_anywhere_changes_nothing(scene, few, capfd, step):
 
 
 def test_without_the_slice_that_mixes_it_says_so(scene, few, monkeypatch):
-    from measured_brdf.addon.core import mixing
+    from measured_brdf.addon.core.shading import mixing
 
     monkeypatch.setattr(mixing, "mixes", mixing.Mixes())
     before = state()

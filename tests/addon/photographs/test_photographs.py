@@ -84,8 +84,8 @@ def refused(operator, message, **options):
 
 
 def measured_fit(material):
-    from measured_brdf.addon.core import material as materials
-    from measured_brdf.addon.core import node_group
+    from measured_brdf.addon.core.shading import material as materials
+    from measured_brdf.addon.core.shading import node_group
 
     return fitter.Fit.from_bytes(node_group.kept_fit(materials.group_node(material).node_tree))
 

@@ -4,8 +4,10 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import Fit, edited, published, studio
-from fitter.pictures import sphere
+from fitter import Fit, edited
+from fitter.imaging import studio
+from fitter.imaging.pictures import sphere
+from fitter.model import published
 from support.ball_files import write_picture
 from support.blend_state import state
 from support.drawn import draw
@@ -58,8 +60,9 @@ def test_none_is_near_to_noise_and_nothing_changes(extension, photograph, random
 
 
 def test_one_click_applies_a_material_and_its_adjustment(blender, quick):
-    from measured_brdf.addon.core import edits, node_group
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
+    from measured_brdf.addon.core.shading import node_group
+    from measured_brdf.addon.core.storage import edits
 
     bpy.ops.mesh.primitive_cube_add()
     diffuse, highlight = (0.5, 1.25, 2.0), (0.75, 0.75, 0.75)

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import published
+from fitter.model import published
 from support.cases import quick
 from support.stage import add_sphere, background, black_scene, render
 
@@ -20,7 +20,7 @@ def test_an_exact_metal_has_no_dark_pixels_and_in_a_white_room_its_own_colour(bl
     add_sphere()
     bpy.ops.measured_brdf.use_published(name=name)
     item = bpy.context.object.active_material
-    extension.addon.core.material.use_rendering(item, "EXACT")
+    extension.addon.core.shading.material.use_rendering(item, "EXACT")
     even = render(scene)[..., :3]
     assert even.min() >= 0
     assert even.max() < 1.1

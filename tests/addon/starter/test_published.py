@@ -38,9 +38,10 @@ def test_an_unknown_name_is_refused_and_nothing_changes(cube):
 
 
 def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, tmp_path, monkeypatch):
-    from measured_brdf.addon.core import material, node_group
-    from measured_brdf.addon.core.properties import name_of_fit
-    from measured_brdf.fitter import Fit, ready
+    from measured_brdf.addon.core.shading import material, node_group
+    from measured_brdf.addon.core.storage.properties import name_of_fit
+    from measured_brdf.fitter import Fit
+    from measured_brdf.fitter.library import ready
 
     directions = np.random.default_rng(0).random((4, 200)) * np.array([[1.5], [3], [1.5], [3]])
     monkeypatch.setattr(ready, "FOLDER", tmp_path)      # the fits that were built last may be of other code
@@ -69,7 +70,7 @@ def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, tm
 
 
 def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
-    from measured_brdf.addon.core.reading import has_file
+    from measured_brdf.addon.core.storage.reading import has_file
 
     item = bpy.data.materials.new("Mine")
     item.use_fake_user = True
@@ -88,7 +89,7 @@ def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
 
 
 def test_an_asset_of_a_published_fit_says_what_it_is(cube):
-    from measured_brdf.addon.core import assets
+    from measured_brdf.addon.core.libraries import assets
 
     assert bpy.ops.measured_brdf.import_data(filepath="published:red-fabric", preset="Draft") == {"FINISHED"}
     item = cube.active_material
@@ -156,7 +157,7 @@ def test_a_second_click_uses_the_material_that_is_there_unless_it_has_been_chang
 
 def test_search_finds_by_words_in_name_label_and_tags(extension):
     from measured_brdf.addon.starter import shelf
-    from measured_brdf.fitter import published
+    from measured_brdf.fitter.model import published
 
     def found(search, tag=shelf.ALL):
         return [each.name for each in shelf.offered(search, tag)]
@@ -235,7 +236,9 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
 def test_the_list_of_samples_has_an_icon_of_each_that_is_drawn_while_it_is_open(extension, data, tmp_path, monkeypatch):
     from measured_brdf.addon.starter import shelf
     from measured_brdf.addon.work import icons, queue
-    from measured_brdf.fitter import fit, load, pictures, presets
+    from measured_brdf.fitter import fit, load
+    from measured_brdf.fitter.imaging import pictures
+    from measured_brdf.fitter.methods import presets
 
     queue.unregister()
     shelf.unregister()

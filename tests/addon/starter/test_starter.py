@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import ready
-from fitter.pictures import thumbnail
+from fitter.imaging.pictures import thumbnail
+from fitter.library import ready
 from support.blend_state import state
 from support.cases import release
 from support.checkout import ROOT
@@ -53,7 +53,8 @@ def append(starter, name, link=False):
 
 
 def test_it_holds_an_asset_of_each_material_that_is_offered_and_takes_seventy_kilobytes_for_each(blender, starter):
-    from measured_brdf.fitter import published, ready
+    from measured_brdf.fitter.library import ready
+    from measured_brdf.fitter.model import published
 
     with bpy.data.libraries.load(str(starter.SHIPPED / starter.FILE), assets_only=True) as (source, _):
         assert sorted(source.materials) == sorted(each.label for each in published.offered())
@@ -69,8 +70,8 @@ def test_the_assets_are_cc0_and_hold_no_byte_code(blender, starter):
 
 
 def test_each_asset_has_tags_a_picture_and_says_that_it_is_not_measured(blender, starter):
-    from measured_brdf.addon.core import material
-    from measured_brdf.fitter import published
+    from measured_brdf.addon.core.shading import material
+    from measured_brdf.fitter.model import published
 
     catalogues = (starter.SHIPPED / "blender_assets.cats.txt").read_text("utf-8")
     bpy.ops.wm.open_mainfile(filepath=str(starter.SHIPPED / starter.FILE))
@@ -132,7 +133,7 @@ for engine in ("CYCLES", "BLENDER_EEVEE"):
 @pytest.mark.parametrize("how", ["append", "link"])
 def test_without_the_extension_an_asset_shows_its_published_model(built, tmp_path, how):
     """The mean of the formula over the sun's disk, in directions away from the highlight; closures come close."""
-    from fitter import published
+    from fitter.model import published
 
     wanted, angles = published.find("pink-plastic"), (30, 50)
     done = subprocess.run([sys.executable, "-c", _WITHOUT_EXTENSION, built / "starter.blend", wanted.label, how,
@@ -148,7 +149,8 @@ def test_without_the_extension_an_asset_shows_its_published_model(built, tmp_pat
 
 
 def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, compiling):
-    from measured_brdf.addon.core import material, node_group, osl_support, rendered
+    from measured_brdf.addon.core.blender import osl_support
+    from measured_brdf.addon.core.shading import material, node_group, rendered
 
     osl_support.enable(bpy.context.scene)
     item = append(starter, "Red fabric")
@@ -172,7 +174,7 @@ def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, 
 
 
 def test_what_another_file_owns_is_not_compiled_until_it_is_made_local(blender, starter, compiling):
-    from measured_brdf.addon.core import material, node_group
+    from measured_brdf.addon.core.shading import material, node_group
 
     bpy.ops.mesh.primitive_cube_add()
     item = append(starter, "Red fabric", link=True)
@@ -186,7 +188,7 @@ def test_what_another_file_owns_is_not_compiled_until_it_is_made_local(blender, 
 
 
 def test_an_asset_with_another_fit_is_left_to_the_update(blender, starter, compiling):
-    from measured_brdf.addon.core import material, node_group
+    from measured_brdf.addon.core.shading import material, node_group
 
     bpy.ops.mesh.primitive_cube_add()
     item, other = (append(starter, name) for name in ("Red fabric", "Pink felt"))
@@ -271,7 +273,7 @@ def test_a_library_that_is_not_there_is_built_by_a_second_blender(blender, start
 def test_no_material_reflects_more_light_than_it_gets(blender, extension):
     """A sphere in a white furnace shows the directional albedo: in five rings of equal steps of the cosine. All spheres
     are in one picture, where no light goes from one to another."""
-    offered, size, columns = extension.fitter.published.offered(), 32, 12
+    offered, size, columns = extension.fitter.model.published.offered(), 32, 12
     rows = -(-len(offered) // columns)
     scene = black_scene(columns * size, rows * size, 64, span=2 * max(rows, columns))
     scene.cycles.max_bounces = 0
@@ -286,7 +288,7 @@ def test_no_material_reflects_more_light_than_it_gets(blender, extension):
     for rendering in ("EXACT", "NODES"):
         for item in scene.objects:
             if item.type == "MESH":
-                extension.addon.core.material.use_rendering(item.active_material, rendering)
+                extension.addon.core.shading.material.use_rendering(item.active_material, rendering)
         picture = render(scene)[..., :3]
         assert np.isfinite(picture).all()
         tiles = picture.reshape(rows, size, columns, size, 3).swapaxes(1, 2).reshape(-1, size, size, 3)

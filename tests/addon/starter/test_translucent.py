@@ -4,7 +4,8 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import Fit, published
+from fitter import Fit
+from fitter.model import published
 from support.drawn import draw
 
 
@@ -76,7 +77,7 @@ def test_adjustments_change_what_comes_from_below(skin):
 
 
 def test_a_mix_has_the_walk_and_its_scale(skin):
-    from measured_brdf.addon.core import mixing
+    from measured_brdf.addon.core.shading import mixing
 
     assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
     other = bpy.context.object.active_material
@@ -89,7 +90,7 @@ def test_a_mix_has_the_walk_and_its_scale(skin):
 
 
 def test_other_programs_get_a_diffuse_surface_and_the_panel_says_so(skin):
-    from measured_brdf.addon.core import export_surface, rendered
+    from measured_brdf.addon.core.shading import export_surface, rendered
     from measured_brdf.addon.panel import rendering
 
     assert "Light below the surface is exported as a diffuse surface of the same albedo" in export_surface.losses(skin)

@@ -32,7 +32,7 @@ def test_a_file_that_is_read_as_isotropic_is_other_measurements(tasks, data):
 
 @release
 def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path):
-    from measured_brdf.addon.core.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import Wanted
 
     drawn = tasks.lit_sphere(Wanted(data, CHEAP), None)
     thumbnail = tasks.asset(data.measured.path, None, CHEAP, str(tmp_path / "fits"))[1]
@@ -42,7 +42,7 @@ def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path
 
 
 def test_the_polar_plot_turns_with_the_light(tasks, data):
-    from measured_brdf.addon.core.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import Wanted
 
     there, shown = tasks.polar_plot(Wanted(data, CHEAP), data, np.radians(30), 0.0)
     turned, shown_turned = tasks.polar_plot(Wanted(data, CHEAP), data, np.radians(30), np.radians(60))
@@ -51,7 +51,7 @@ def test_the_polar_plot_turns_with_the_light(tasks, data):
 
 
 def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypatch):
-    from measured_brdf.addon.core.outcomes import Fitted, Wanted
+    from measured_brdf.addon.core.storage.outcomes import Fitted, Wanted
 
     monkeypatch.setattr(tasks, "fitted_of", lambda *_: Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
     picture = tasks.turned_plane(Wanted(data, CHEAP), np.radians(30)).mean(axis=-1)
@@ -61,7 +61,7 @@ def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypat
 
 
 def test_panels_ask_for_each_azimuth_and_incidence_once(data, monkeypatch):
-    from measured_brdf.addon.core.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import Wanted
     from measured_brdf.addon.work import icons, queries
 
     keys = []

@@ -16,7 +16,8 @@ from support.stage import black_scene
 ADDON = str(ROOT / "addon") + os.sep
 # lamp groups are derived data, and their functions are called hundreds of times; Blender calls a slider's update, and
 # prints its errors
-HANDLERS = (*(f"{ADDON}core{os.sep}{name}" for name in ("lamps", "device", "world_lights", "export_follow.py")),
+HANDLERS = (*(f"{ADDON}core{os.sep}{name}" for name in (
+    "lamps", os.path.join("blender", "device.py"), os.path.join("shading", "export_follow.py"))),
             f"{ADDON}adjust{os.sep}settings.py")
 # transactions are what is tested; the others change no data of Blender's
 QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py", "properties.py", "compiler.py",

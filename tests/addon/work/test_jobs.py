@@ -55,7 +55,7 @@ def wait(job, seconds=60):
 
 
 def test_an_outcome_is_the_same_as_without_the_process(process, file):
-    from measured_brdf.addon.core.outcomes import Outcome
+    from measured_brdf.addon.core.storage.outcomes import Outcome
     from measured_brdf.addon.work import tasks
 
     job = wait(process.start(partial(tasks.outcome, str(file), "", fitter.PRESETS["Paper"])))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import pictures
+from fitter.imaging import pictures
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 
@@ -128,7 +128,7 @@ def test_materials_without_measured_reflectance_have_no_fit(jobs, blender):
 
 
 def test_a_fit_that_is_damaged_or_missing_is_an_error(jobs, imported):
-    from measured_brdf.addon.core import material
+    from measured_brdf.addon.core.shading import material
 
     tree = material.group_node(imported[0]).node_tree
     tree["fit"] = tree["fit"][:-1]
@@ -157,7 +157,7 @@ def test_while_a_material_is_adjusted_its_picture_is_that_of_the_adjusted_fit(jo
 
 
 def test_the_picture_of_a_mix_is_that_of_the_mixed_fits_and_with_a_mask_half_of_each(jobs, blender, imported):
-    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core.shading import material as materials
 
     first, fit = imported
     second = first.copy()

@@ -10,7 +10,7 @@ import pytest
 
 from fitter.formats.reading import OPTIONS
 from fitter.methods.beyond import Reach
-from fitter.subsurface import Subsurface
+from fitter.optics.subsurface import Subsurface
 
 DIRECTIONS = "theta_i", "phi_i", "theta_o", "phi_o"
 OF_NO_FIT = "name", "source", "notes", "saturated"      # fields of samples that no fit depends on
@@ -26,7 +26,7 @@ def work(extension):
 
 @pytest.fixture
 def outcomes(extension):
-    from measured_brdf.addon.core import outcomes
+    from measured_brdf.addon.core.storage import outcomes
 
     return outcomes
 

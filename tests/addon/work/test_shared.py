@@ -68,7 +68,7 @@ STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"]
 
 def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     """The time that a fit took is another one every time that it is made."""
-    from measured_brdf.addon.core.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import Wanted
     from measured_brdf.addon.work import tasks
 
     (imported,), = wait(begun(process, "operator", partial(tasks.outcomes, [(file, "")], STANDARD)))

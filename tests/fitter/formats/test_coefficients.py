@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import published
 from fitter.errors import SampleUnknownError
 from fitter.formats import list_samples
+from fitter.model import published
 
 TABLE = """# of one's own
 name,scattering,absorption,index,width

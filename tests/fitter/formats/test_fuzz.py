@@ -5,7 +5,7 @@ import os
 import pytest
 
 import fitter
-from fitter import files
+from fitter.storage import files
 from tools import fuzz
 
 FILES = fuzz.seeds()

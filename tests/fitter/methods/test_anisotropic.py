@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import tolerance
+from fitter.methods import tolerance
 from fitter.quality import physics
 from fitter.quality.cross_validation import cube_root
 from fitter.samples import RGB, Samples, subset

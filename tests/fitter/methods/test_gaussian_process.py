@@ -6,16 +6,7 @@ from scipy import stats
 
 from fitter.coordinates import stretch
 from fitter.methods import gaussian_process
-from fitter.methods.gaussian_process import (
-    LENGTHS,
-    NOISES,
-    RECIPROCITIES,
-    TREND,
-    Kernel,
-    Search,
-    krige,
-    likelihood,
-)
+from fitter.methods.gaussian_process import LENGTHS, NOISES, RECIPROCITIES, TREND, Kernel, Search, krige, likelihood
 
 KERNELS = [Kernel(), Kernel(length=0.3, noise=0.01), Kernel(length=2.8, noise=0.0, reciprocity=1.0)]
 every_kernel = pytest.mark.parametrize("kernel", KERNELS, ids=range(len(KERNELS)))

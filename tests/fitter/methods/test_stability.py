@@ -141,7 +141,7 @@ def test_single_precision_in_numpy_agrees_with_double(name, preset):
                                         "one value 10,000 times the others"],
                                        "half of them at grazing angles", "values over 10 orders of magnitude"))
 def test_single_precision_in_osl_agrees_with_double(blender, name, preset):
-    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core.blender import osl_support
 
     fit = fitted(name, preset)
     theta_i, _, theta_o, phi = (angle[::3] for angle in probe())

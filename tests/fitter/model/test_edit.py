@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import fitter
-from fitter.editing import edited
 from fitter.errors import DatasetError
+from fitter.methods.editing import edited
 from fitter.model import edit
 from fitter.model.fit import Fit
 from support.albedo import mirror_albedo

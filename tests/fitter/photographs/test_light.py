@@ -5,9 +5,9 @@ import pytest
 
 import fitter
 from fitter.colours import linear_of_srgb
+from fitter.imaging.pictures import srgb
 from fitter.photographs import light
 from fitter.photographs.light import Exposure, exposure_of, flattened, merged, without
-from fitter.pictures import srgb
 
 
 def exposed(radiance, exposure, random):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import pictures, studio
 from fitter.cycles.principled import albedo
+from fitter.imaging import pictures, studio
 from fitter.quality.describe import describe
 
 

@@ -1,0 +1,437 @@
+"""The surface of a measured material in other programs: a Principled BSDF that exporters find, and renderers never see.
+
+It has a Material Output of its own, for all renderers. Cycles and EEVEE prefer the outputs that are made for them, and
+whoever asks for any output gets this one: MaterialX, and glTF, which takes the active output. USD takes the first
+Principled BSDF of a material, OBJ and FBX one that is linked to an output. None looks for it inside of a group.
+
+Tint and Strength multiply all that the closest Principled BSDF reflects. Where images are in them, or are masks of a
+mix, the products are baked: of the four formats glTF alone has a factor beside a texture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import bpy
+import numpy as np
+
+from ....fitter.colours import DEFAULT, conversion
+from ..annotations import not_none
+from ..storage.reading import scene_colours
+from . import export_inputs, mixing, node_group
+from .export_inputs import ONE, Picture, Product
+
+if TYPE_CHECKING:
+    from ....fitter.arrays import FloatArray
+    from ....fitter.cycles.principled_bsdf import Principled
+    from ..storage.outcomes import Surface
+
+NAME = "Measured BRDF Export"
+BASE_COLOR, ROUGH_METAL = f"{NAME} Base Color", f"{NAME} Roughness and Metallic"     # Image Texture nodes
+_CHANNELS = f"{NAME} Channels"          # node that separates the latter
+_FITTED = "measured_brdf"               # custom properties of the node: the values of the last fit,
+_SHOWN = "measured_brdf_shown"          # those that were last written,
+_ALBEDO = "albedo"                      # among either: of the whole surface, for the Solid viewport,
+_NORMAL = "measured_brdf_normal"        # the node that the normal was taken from,
+_DISPLACED = "measured_brdf_displacement"       # the node that displacement was taken from,
+_KEY = "measured_brdf_key"              # what all was made of,
+_LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
+_VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
+_SMOOTH = 0.3                           # roughness below which reflections are seen as such
+
+_Read = Callable[[bpy.types.NodeSocket], "FloatArray"]
+_Values = dict[str, Any]
+
+
+def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface) -> None:
+    """Set the Principled BSDF that is exported, with an output of its own, to the closest one to the data, and the
+    colour in the Solid viewport; both as the inputs of `node`, the measured group's, change it.
+
+    The material must have outputs for Cycles and for EEVEE. One for all renderers that the user has made stays as it
+    is, and is what is exported.
+    """
+    albedo = scene_color(surface, surface.albedo)
+    material.diffuse_color, material.roughness = (*albedo, 1), surface.principled.roughness
+    material.metallic = 0           # the Solid viewport has next to nothing for metals to reflect
+    export = _made(not_none(material.node_tree))
+    if export is not None:
+        fitted = inputs(surface.principled, lambda color: scene_color(surface, color))
+        export[_SHOWN] = {**_written(export), _ALBEDO: tuple(albedo)}
+        export[_FITTED] = {**fitted, _ALBEDO: tuple(albedo)}
+        follow(material, node)
+
+
+def mix(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    """Make the Principled BSDF of a mix that `node` shows, between those of its materials."""
+    if _blended(node, material, lambda socket: _product(socket).constant):
+        _made(not_none(material.node_tree))
+        follow(material, node)
+
+
+def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = False) -> None:
+    """Have the Principled BSDF of a material, and its colour in the Solid viewport, follow what is set at `node`, or
+    is connected to it, and the materials that it mixes. `again` where images have changed."""
+    tree = not_none(material.node_tree)
+    export = _node(tree)
+    if export is None:
+        return
+    _follow_normal(tree, node, export)
+    _follow_displacement(tree, export)
+    products = _products(node)
+    key = repr((_blended(node, material, lambda socket: _factor(socket, products, {})),
+                [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
+                _lost(node)))
+    if key == export.get(_KEY) and not again:
+        return
+    found = evaluate(material, node)
+    if not found.values:
+        return
+    values = found.values
+    _bake(material, export, values, found.placed)
+    _set(export, {name: _mean(value) for name, value in values.items() if name != _ALBEDO})
+    if _ALBEDO in values:
+        _set_solid(material, export, _mean(values[_ALBEDO]))
+    export[_KEY], export[_LOST] = key, "\n".join(found.lost)
+
+
+class Evaluated(NamedTuple):
+    """What is exported of a measured group or a mix, where it varies at texels.
+
+    Attributes
+    ----------
+    values : dict
+        By the name of an input: (1 or 3,), or (height, width, 1 or 3), linear. Empty where a part is missing.
+    tint : (3,) or (height, width, 3) float64
+        Tint times Strength, which `values` have been multiplied by.
+    read : callable
+        The value of another input of the group or of a mix inside of it, as `tint`.
+    lost : list of str
+        What of it is not exported.
+    placed : Node, or None
+        The texels lie as the image of this node does.
+    """
+
+    values: _Values
+    tint: FloatArray
+    read: _Read
+    lost: list[str]
+    placed: bpy.types.Node | None
+
+
+def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
+             fitted: Callable[[bpy.types.Material], _Values] | None = None) -> Evaluated:
+    """What is exported of what `node` shows, the measured group's or a mix's: at the texels of the largest image, or at
+    `size` by `size`. Instead of the closest Principled BSDF, `fitted` returns the values of a material's fit."""
+    products = _products(node)
+    pictures = list(dict.fromkeys(picture for each in products.values() for picture in each.pictures))
+    seen = export_inputs.texels(pictures, size) if pictures else {}
+
+    def read(socket: bpy.types.NodeSocket) -> FloatArray:
+        return _factor(socket, products, seen)
+
+    values, lost, tint = _blended(node, material, read, fitted), _lost(node), np.ones(3)
+    for name in ("Tint", "Strength"):
+        tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
+    if values:
+        _multiply(values, tint, lost)
+    return Evaluated(values, tint, read, lost, pictures[0].node if pictures else None)
+
+
+def _products(node: bpy.types.Node) -> dict[int, Product]:
+    """What is read of the inputs that change what is exported, by their places in memory."""
+    return {socket.as_pointer(): _product(socket) for socket in _factors(node)}
+
+
+def losses(material: bpy.types.Material) -> list[str]:
+    """What of a measured material is not exported, a sentence each, without a full stop."""
+    tree = not_none(material.node_tree)
+    export, output = _node(tree), tree.get_output_node("ALL")
+    links = () if output is None else not_none(output.inputs["Surface"].links)
+    if all(link.from_node != export for link in links):
+        return [f"What other programs get is the surface at the output {output.name}" if output is not None
+                else "Other programs get no surface: there is no Material Output for all renderers"]
+    return [line for line in export.get(_LOST, "").split("\n") if line]
+
+
+def is_baked_of(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bool:
+    """Whether what is exported of a measured group or a mix is made of any of these images."""
+    names = {image.name for image in images}
+    return any(picture.key[0] in names for socket in _factors(node) for picture in _product(socket).pictures)
+
+
+def is_reflective(material: bpy.types.Material) -> bool:
+    """Whether a measured material shows what is around it, as metals and smooth surfaces do."""
+    export = _node(not_none(material.node_tree))
+    fitted = {} if export is None else dict(export.get(_FITTED, {}).items())
+    return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH
+                             or (fitted["Coat Weight"] > 0.5 and fitted["Coat Roughness"] < _SMOOTH))
+
+
+def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:
+    """The values of the inputs of a Principled BSDF by name; `shown` converts its colours, (3,) each."""
+    return {"Base Color": (*shown(close.base_color), 1.0), "Metallic": close.metallic, "Roughness": close.roughness,
+            "Specular IOR Level": close.specular_level, "Specular Tint": (1.0, 1.0, 1.0, 1.0),
+            "Sheen Weight": close.sheen_weight,
+            "Sheen Roughness": close.sheen_roughness, "Sheen Tint": (*shown(close.sheen_tint), 1.0),
+            "Coat Weight": close.coat_weight, "Coat Roughness": close.coat_roughness}
+
+
+def scene_color(surface: Surface, color: FloatArray) -> FloatArray:
+    """A colour of a surface, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
+    return np.clip(conversion(surface.colours, scene_colours() or DEFAULT) @ color, 0, 1)
+
+
+def _factors(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
+    """The inputs that change what is exported of a measured group or of a mix, also of the mixes inside of it."""
+    yield from (node.inputs[name] for name in ("Tint", "Strength") if name in node.inputs)
+    yield from _shares(node)
+
+
+def _shares(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
+    if mixing.mixes.is_mix(node.node_tree):
+        yield mixing.mixes.factor(node)
+        for part in mixing.mixes.nodes(node):
+            yield from _shares(part)
+
+
+def _product(socket: bpy.types.NodeSocket) -> Product:
+    """What is read of an input; where it cannot be, what the input has without a link, or 1."""
+    try:
+        return export_inputs.read(socket)
+    except ValueError:
+        return ONE if socket.name in ("Tint", "Strength") else Product(np.full(3, socket.default_value))
+
+
+def _factor(socket: bpy.types.NodeSocket, products: dict[int, Product], seen: dict[Picture, FloatArray]) -> FloatArray:
+    """The value of an input, (3,) or (height, width, 3); pictures that have not been looked up count 1."""
+    product = products[socket.as_pointer()]
+    value = product.constant
+    for picture in product.pictures:
+        value = value * seen.get(picture, 1.0)
+    return value
+
+
+def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
+             fitted: Callable[[bpy.types.Material], _Values] | None = None) -> _Values:
+    """The values of what a measured group or a mix shows, by name: (1 or 3,) or (height, width, 1 or 3); none where
+    a material of a mix has been deleted, or has no exported surface."""
+    if not mixing.mixes.is_mix(node.node_tree):
+        export = None if material is None else _node(not_none(material.node_tree))
+        if material is None or export is None or export.get(_FITTED) is None:
+            return {}
+        return _own(export, dict(export[_FITTED].items()) if fitted is None else fitted(material))
+    parts, share = mixing.mixes.parts(node), np.clip(read(mixing.mixes.factor(node)), 0, 1)
+    below, above = (_blended(part, of, read, fitted)
+                    for part, of in zip(mixing.mixes.nodes(node), parts[:2], strict=True))
+    return {name: (1 - weight) * below[name] + weight * above[name] for name in below if name in above
+            for weight in [share if len(below[name]) == 3 else share[..., :1]]}
+
+
+def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
+    """The values of a fit, and what the user has changed of them."""
+    written, values = _written(export), {}
+    for name, value in fitted.items():
+        own = value if name == _ALBEDO or _is_as_written(export, name, written) else export.inputs[name].default_value
+        values[name] = np.array(own, dtype=float).ravel()[:3]
+    return values
+
+
+def _written(export: bpy.types.Node) -> _Values:
+    """The values that were last written."""
+    return dict(export.get(_SHOWN, {}).items())
+
+
+def _is_as_written(export: bpy.types.Node, name: str, written: _Values) -> bool:
+    return name not in written or np.allclose(written[name], export.inputs[name].default_value, atol=1e-6)
+
+
+def _multiply(values: _Values, factor: FloatArray, lost: list[str]) -> None:
+    """Multiply all that a surface reflects; `lost` gets what of it exceeds 1."""
+    grey = (factor @ export_inputs.grey_weights())[..., None]
+    values["Specular Tint"] = np.ones(3)
+    for name, by in (("Base Color", factor), ("Specular Tint", factor), ("Sheen Tint", factor), ("Coat Weight", grey),
+                     (_ALBEDO, factor)):
+        if name in values:
+            bright = values[name] * by
+            if name == "Base Color" and bright.max() > 1 + _VISIBLE:
+                lost.append(f"Tint and Strength make the base color {bright.max():.2g} at its brightest, which is "
+                            "exported as 1")
+            values[name] = np.clip(bright, 0, 1)
+
+
+def _mean(value: FloatArray) -> Any:
+    """A value for an input: a number, or a colour with an alpha of 1."""
+    mean = value.reshape(-1, value.shape[-1]).mean(axis=0)
+    return (*mean.tolist(), 1.0) if len(mean) == 3 else float(mean[0])
+
+
+def _lost(node: bpy.types.Node) -> list[str]:
+    lost, placements = [], []
+    for socket in _factors(node):
+        try:
+            placements += [picture.placement for picture in export_inputs.read(socket).pictures]
+        except ValueError as error:
+            lost.append(str(error))
+    if len(set(placements)) > 1:
+        lost.append("Images that lie otherwise than the first are exported as their mean")
+    normal = node.inputs.get("Normal")
+    if normal is not None and normal.is_linked and normal_map(normal) is None:
+        lost.append("Normal: a Normal Map node in tangent space is exported, and not "
+                    f"{not_none(normal.links)[0].from_node.name}")
+    if "Tangent" in node.inputs:
+        lost.append("The highlight is exported round: Tangent and Rotation have no effect")
+    if node_group.SCALE in node.inputs:
+        lost.append("Light below the surface is exported as a diffuse surface of the same albedo")
+    return lost
+
+
+def normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """The output of a Normal Map node of an image, if it is connected to an input."""
+    source: Any = not_none(socket.links)[0].from_socket if socket.is_linked else None
+    while source is not None and source.node.type == "REROUTE":
+        source = source.node.inputs[0].links[0].from_socket if source.node.inputs[0].is_linked else None
+    is_exported = source is not None and source.node.type == "NORMAL_MAP" and source.node.space == "TANGENT"
+    return source if is_exported else None
+
+
+def _follow_normal(tree: bpy.types.NodeTree, node: bpy.types.Node, export: bpy.types.Node) -> None:
+    wanted, normal = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None, export.inputs["Normal"]
+    link = not_none(normal.links)[0] if normal.is_linked else None
+    if link is not None and link.from_node.name != export.get(_NORMAL):
+        return                          # the user's own
+    if link is not None and link.from_socket != wanted:
+        tree.links.remove(link)
+    if wanted is not None and not normal.is_linked:
+        tree.links.new(wanted, normal)
+        export[_NORMAL] = wanted.node.name
+
+
+def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> None:
+    """Connect what displaces at the exported output, the one that Blender highlights, to those of the renderers."""
+    outputs = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]
+    ours = [node for node in outputs
+            if any(link.from_node == export for link in not_none(node.inputs["Surface"].links))]
+    links = [link for node in ours for link in not_none(node.inputs["Displacement"].links)]
+    before, wanted = export.get(_DISPLACED, ""), not_none(links[0].from_socket) if links else None
+    for socket in (node.inputs["Displacement"] for node in outputs if ours and node not in ours):
+        for link in not_none(socket.links):
+            if link.from_node.name == before and link.from_socket != wanted:
+                tree.links.remove(link)
+        if wanted is not None and not socket.is_linked:
+            tree.links.new(wanted, socket)
+    now = "" if wanted is None else wanted.node.name
+    if now != before:
+        export[_DISPLACED] = now
+
+
+def _bake(material: bpy.types.Material, export: bpy.types.Node, values: _Values,
+          placed: bpy.types.Node | None) -> None:
+    """Connect textures of what varies over the surface, laid onto it as the image of `placed` is; remove the others.
+    What a texture says is 1 in the input: OBJ multiplies them."""
+    tree = not_none(material.node_tree)
+    color = values["Base Color"] if values["Base Color"].ndim == 3 else None
+    if _fill(tree, BASE_COLOR, f"{material.name} base color", color, placed, is_data=False):
+        _connect(tree, tree.nodes[BASE_COLOR].outputs["Color"], export.inputs["Base Color"])
+        values["Base Color"] = np.ones(3)
+    varying = [values[name] for name in ("Roughness", "Metallic")]
+    packed = None
+    if any(each.ndim == 3 and np.ptp(each) > _VISIBLE for each in varying):
+        shape = next(each.shape[:2] for each in varying if each.ndim == 3)
+        packed = np.concatenate([np.broadcast_to(each, (*shape, 1)) for each in (np.ones(1), *varying)], axis=2)
+    if _fill(tree, ROUGH_METAL, f"{material.name} roughness and metallic", packed, placed, is_data=True):
+        channels = tree.nodes.get(_CHANNELS) or tree.nodes.new("ShaderNodeSeparateColor")
+        channels.name, channels.location = _CHANNELS, (export.location.x - 200, export.location.y - 300)
+        _connect(tree, tree.nodes[ROUGH_METAL].outputs["Color"], channels.inputs[0])
+        for output, name in (("Green", "Roughness"), ("Blue", "Metallic")):
+            _connect(tree, channels.outputs[output], export.inputs[name])
+    elif _CHANNELS in tree.nodes:
+        tree.nodes.remove(tree.nodes[_CHANNELS])
+
+
+def _fill(tree: bpy.types.NodeTree, name: str, called: str, picture: FloatArray | None, placed: bpy.types.Node | None,
+          is_data: bool) -> bool:
+    """Give an Image Texture node of a name an image of its own, packed into the file; remove both where `picture`,
+    (height, width, 3) linear, is None: whether there is one."""
+    texture: Any = tree.nodes.get(name)
+    if texture is not None and texture.image is not None:
+        former = texture.image
+        texture.image = None
+        if not former.users:
+            bpy.data.images.remove(former)
+    if picture is None or placed is None:
+        if texture is not None:
+            tree.nodes.remove(texture)
+        return False
+    image = new_image(called, picture, is_data)
+    image.filepath_raw = f"//{image.name}.png"      # OBJ and USD name it by its path, and USD writes it by its name
+    image.pack()
+    if texture is None:
+        export = tree.nodes[NAME]
+        texture = tree.nodes.new("ShaderNodeTexImage")
+        texture.name = texture.label = name
+        texture.location = export.location.x - 500, export.location.y - 300 * is_data
+    texture.image, texture.extension, texture.projection = image, placed.extension, placed.projection
+    vector = placed.inputs["Vector"]
+    if vector.is_linked:                # in the material: images inside of a mix are laid onto its UV map
+        _connect(tree, not_none(not_none(vector.links)[0].from_socket), texture.inputs["Vector"])
+    else:
+        for link in texture.inputs["Vector"].links:
+            tree.links.remove(link)
+    return True
+
+
+def new_image(name: str, picture: FloatArray, is_data: bool) -> bpy.types.Image:
+    """An image of values, (height, width, 3): numbers, or linear colours in the open file's space."""
+    height, width = picture.shape[:2]
+    image = bpy.data.images.new(bpy.path.clean_name(name), width, height, is_data=is_data)
+    stored = picture if is_data else export_inputs.stored_colours(picture)
+    not_none(image.pixels).foreach_set(np.insert(stored, 3, 1, axis=2).astype(np.float32).ravel())
+    return image
+
+
+def _connect(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
+    """Connect an input, unless the user has connected something to it."""
+    links = not_none(target.links)
+    if target.node.name != NAME or all(link.from_node.name in (BASE_COLOR, _CHANNELS) for link in links):
+        tree.links.new(source, target)
+
+
+def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
+    """Set inputs; what a user has changed since they were last set stays."""
+    written = _written(node)
+    for name, value in values.items():
+        if _is_as_written(node, name, written):
+            node.inputs[name].default_value = written[name] = value
+    node[_SHOWN] = written
+
+
+def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:
+    """Set the colour in the Solid viewport, unless the user has."""
+    before = _written(export)
+    if _ALBEDO not in before or np.allclose(before[_ALBEDO], material.diffuse_color[:3], atol=1e-6):
+        material.diffuse_color = albedo
+        export[_SHOWN] = {**before, _ALBEDO: albedo[:3]}
+
+
+def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    node = tree.nodes.get(NAME)
+    return node if node is not None and node.bl_idname == "ShaderNodeBsdfPrincipled" else None
+
+
+def _made(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    """The Principled BSDF to set, which is made where there is none; None if the user exports something else."""
+    node = _node(tree)
+    outputs = [each for each in tree.nodes if each.type == "OUTPUT_MATERIAL"]
+    if any(each.target == "ALL" for each in outputs):
+        return node
+    right = max((each.location.x for each in outputs), default=0)
+    below = min((each.location.y for each in outputs), default=0) - 180
+    if node is None:
+        node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    node.name = node.label = output.label = NAME
+    output.location, node.location = (right, below), (right - 260, below)
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    output.is_active_output = True
+    return node

@@ -1,0 +1,317 @@
+"""Makes materials of fits: puts a compiled shader where the surface of a material is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Literal
+
+import bpy
+import numpy as np
+
+from ....fitter.cycles.bake import SHADER_VERSION
+from ....fitter.shader_constants import MOST_MIXED
+from .. import lamps, versions
+from ..annotations import not_none
+from ..blender.transaction import new_data_removed_on_error, restored_on_error
+from ..storage import edits, reading
+from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
+from . import export_surface, mixing, node_group
+from .compiler import Shader, compile_surface
+
+if TYPE_CHECKING:
+    from ..storage.outcomes import Outcome, Surface
+
+
+def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
+           shader: Shader | None = None) -> bpy.types.Material:
+    """Make a new material; if that fails, the file stays as it was. `shader` is the outcome's, if it has been compiled.
+
+    Raises CompileError if this Blender cannot compile the shader.
+    """
+    with new_data_removed_on_error():
+        material = bpy.data.materials.new(outcome.measured.name)
+        use_nodes(material)
+        not_none(material.node_tree).nodes.clear()
+        assign(material, outcome, choices, context, shader)
+    return material
+
+
+def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, context: bpy.types.Context,
+           shader: Shader | None = None) -> None:
+    """Give a material a new fit, made by `choices`; if that fails, it stays as it was. Raises as `create` does."""
+    shader = compile_surface(outcome.surface) if shader is None else shader
+    with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
+        use_nodes(material)
+        is_new = group_node(material) is None
+        node, before = _show_surface(material, outcome.surface, shader)
+        node.label = outcome.measured.name
+        rendering = choices.rendering if is_new else rendering_of(material)
+        # this correction would bend the shader's directions, which are right as they are
+        material.cycles.use_bump_map_correction = False
+        _store(material.measured_brdf, choices, outcome)
+        use_rendering(material, rendering)
+        unused, names = _replaced(material, before, not_none(node.node_tree), context)
+    bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
+
+
+def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Context, shader: Shader) -> None:
+    """Give a measured material the shader of its fit as it was edited; if that fails, it stays as it was."""
+    with restored_on_error(material, RESULTS):
+        node, before = _show_surface(material, surface, shader)
+        settings = material.measured_brdf
+        settings.sphere, settings.adjusted, settings.version = surface.sphere, as_text(surface.edit), versions.CURRENT
+        unused, names = _replaced(material, before, not_none(node.node_tree), context)
+    bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
+
+
+def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, context: bpy.types.Context) -> None:
+    """Give measured materials that share a shader a new one of the same fit; if that fails, all stay as they were."""
+    with ExitStack() as restored:
+        restored.enter_context(new_data_removed_on_error())
+        tree, replaced = node_group.shared(shader, materials[0].name), []
+        for material in materials:
+            restored.enter_context(restored_on_error(material, RESULTS))
+            node, before = show(material, tree)
+            replaced.append(before)
+            restored.enter_context(mixing.mixes.following(material, before, node.node_tree))
+            material.measured_brdf.version = versions.CURRENT
+        lamps.update(context.evaluated_depsgraph_get())
+        unused = {item for before in replaced for item in node_group.unused(before)}
+        names = _names(tree, materials)
+    bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
+
+
+def remove(material: bpy.types.Material) -> None:
+    """Remove a material that nothing uses, and its shader, or the group by which it mixes others."""
+    node, mix = group_node(material), mix_node(material)
+    tree = None if node is None else node.node_tree
+    group = None if mix is None else mix.node_tree
+    bpy.data.materials.remove(material)
+    bpy.data.batch_remove(node_group.unused(tree))
+    if group is not None and not bpy.data.user_map(subset=[group])[group]:
+        bpy.data.node_groups.remove(group)
+
+
+def group_node(material: bpy.types.Material) -> bpy.types.Node | None:
+    """The node of a material that holds a measured BRDF, or None."""
+    return next(iter(group_nodes(material)), None)
+
+
+def mix_node(material: bpy.types.Material) -> bpy.types.Node | None:
+    """The first node of a material that mixes measured materials, or None."""
+    nodes = () if material.node_tree is None else material.node_tree.nodes
+    return next((node for node in nodes if node.type == "GROUP" and mixing.mixes.is_mix(node.node_tree)), None)
+
+
+def surface_node(material: bpy.types.Material) -> bpy.types.Node | None:
+    """The node of a material that holds a measured BRDF, or a mix of some; None for other materials."""
+    return group_node(material) or mix_node(material)
+
+
+def is_shown(material: bpy.types.Material) -> bool:
+    """Whether a material has a measured BRDF to show, or a mix of some."""
+    return surface_node(material) is not None
+
+
+def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
+    """All nodes of a material that hold a measured BRDF."""
+    if material.node_tree is None:
+        return []
+    return [node for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree is not None
+            and node_group.script_node(node.node_tree) is not None]
+
+
+def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> bool:
+    """Whether what a renderer takes as the surface of a material has a measured BRDF in it."""
+    tree = not_none(material.node_tree)
+    output = tree.get_output_node(engine)
+    left, seen = [output] if output is not None else [], set()
+    while left:
+        node = left.pop()
+        seen.add(node.name)
+        sockets = [node.inputs["Surface"]] if node == output else node.inputs
+        left += [link.from_node for socket in sockets for link in socket.links if link.from_node.name not in seen]
+    return any(node.name in seen for node in group_nodes(material)) or mixed(tree) > len(group_nodes(material))
+
+
+def mixed(tree: bpy.types.NodeTree | None) -> int:
+    """How many measured BRDFs a node tree renders at once, also inside of node groups; of a mix, at most two."""
+    if tree is None:
+        return 0
+    groups = [node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None]
+    return sum(1 if node_group.script_node(group) is not None
+               else min(mixing.mixes.count(group), MOST_MIXED) if mixing.mixes.is_mix(group) else mixed(group)
+               for group in groups)
+
+
+def rendering_of(material: bpy.types.Material) -> str:
+    """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
+    nodes = not_none(surface_node(material)).inputs.get("Nodes")
+    if nodes is not None and nodes.default_value:
+        return NODES
+    return EXACT if material.measured_brdf.rendering == EXACT else AUTOMATIC
+
+
+def use_rendering(material: bpy.types.Material, rendering: str) -> None:
+    """Choose how all measured BRDFs of a material are rendered, also those inside of node groups."""
+    for node in _measured_nodes(not_none(material.node_tree)):
+        if "Nodes" in node.inputs:              # users may have removed it from the group
+            node.inputs["Nodes"].default_value = rendering == NODES
+    material.measured_brdf.rendering = rendering
+
+
+def _measured_nodes(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+    """The nodes that hold a measured BRDF or a mix of some, also inside of the node groups of this file."""
+    for node in tree.nodes:
+        if node.type != "GROUP" or node.node_tree is None:
+            continue
+        if node_group.script_node(node.node_tree) is not None or mixing.mixes.is_mix(node.node_tree):
+            yield node
+        elif node.node_tree.is_editable:
+            yield from _measured_nodes(node.node_tree)
+
+
+def measured_parts(material: bpy.types.Material) -> list[bpy.types.Material]:
+    """The materials that a mix is made of, less those that have been deleted; of another material, itself."""
+    node = None if group_node(material) is not None else mix_node(material)
+    if node is None:
+        return [material]
+    both = [measured_parts(part) for part in mixing.mixes.parts(node)[:2] if part is not None]
+    return list(dict.fromkeys(part for parts in both for part in parts))
+
+
+def tangent_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
+    """The input of an anisotropic material, or of a mix with one, that its direction comes from; None for others."""
+    node = surface_node(material)
+    return node.inputs.get("Tangent") if node is not None else None
+
+
+def is_measured(material: bpy.types.Material) -> bool:
+    """Whether a material shows a finished fit."""
+    return bool(material.measured_brdf.coefficients) and group_node(material) is not None
+
+
+def is_outdated(material: bpy.types.Material) -> bool:
+    """Whether an older version of the extension made the shader of a measured material."""
+    node = group_node(material)
+    return node is not None and node_group.version(node.node_tree) < SHADER_VERSION
+
+
+def is_as_made(material: bpy.types.Material) -> bool:
+    """Whether a measured material of this file is as an import makes it: nothing is adjusted, set at its node, or
+    connected to it."""
+    node = group_node(material)
+    if node is None or not is_measured(material) or material.library is not None or is_outdated(material):
+        return False
+    defaults = {item.identifier: item.default_value for item in not_none(not_none(node.node_tree).interface).items_tree
+                if item.item_type == "SOCKET" and item.in_out == "INPUT" and hasattr(item, "default_value")}
+    return (material.measured_brdf.adjusted in ("", as_text({})) and not edits.edit_arguments(material)
+            and shows(material, "CYCLES") and not any(socket.is_linked for socket in node.inputs)
+            and all(np.array_equal(defaults[socket.identifier], socket.default_value) for socket in node.inputs
+                    if socket.identifier in defaults and not socket.hide_value))
+
+
+def use_nodes(material: bpy.types.Material) -> None:
+    """Give a new material a node tree."""
+    if bpy.app.version < (5, 0, 0):             # since then every material does
+        material.use_nodes = True
+
+
+def show(material: bpy.types.Material,
+         tree: bpy.types.NodeTree) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
+    """Replace the measured group of a material, or connect a new one to its surface: the node, and the former group or
+    None.
+
+    What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
+    """
+    own_tree = not_none(material.node_tree)
+    nodes = own_tree.nodes
+    node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
+    if node is None:
+        node = nodes.new("ShaderNodeGroup")
+        node.name, node.width, node.node_tree = node_group.NAME, 200, tree
+        if output is not None:
+            node.location = output.location.x - 260, output.location.y
+            _connect(own_tree, node, output)
+    else:
+        before, node.node_tree = node.node_tree, tree
+    if output is None:
+        output = nodes.new("ShaderNodeOutputMaterial")
+        output.location = node.location.x + 260, node.location.y
+        _connect(own_tree, node, output)
+    _show_in_eevee(own_tree, node, output)
+    return node, before
+
+
+def _connect(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.Node) -> None:
+    tree.links.new(node.outputs[node_group.CYCLES], output.inputs["Surface"])
+
+
+def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
+    """Give EEVEE an output of its own, unless the user has made one, or mixes the measured BRDF with something else:
+    EEVEE then shows what Cycles has without OSL."""
+    eevee = next((each for each in tree.nodes if each.type == "OUTPUT_MATERIAL" and each.target == "EEVEE"), None)
+    if eevee is None:
+        shown = [link.from_node for link in cycles.inputs["Surface"].links]
+        if shown != [node]:
+            return
+        cycles.target = "CYCLES" if cycles.target == "ALL" else cycles.target
+        eevee = tree.nodes.new("ShaderNodeOutputMaterial")
+        eevee.target = "EEVEE"
+        eevee.location = cycles.location.x, cycles.location.y - 180
+    elif eevee.inputs["Surface"].is_linked:
+        return
+    tree.links.new(node.outputs[node_group.EEVEE], eevee.inputs["Surface"])
+
+
+def _show_surface(material: bpy.types.Material, surface: Surface,
+                  shader: Shader) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
+    """Give a material a surface, in every renderer and in exports: what `show` returns."""
+    node = group_node(material)
+    former = None if node is None else node.node_tree
+    node, before = show(material, node_group.shared(shader, material.name, unlike=former))
+    export_surface.update(material, node, surface)
+    return node, before
+
+
+def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, after: bpy.types.NodeTree,
+              context: bpy.types.Context) -> tuple[list[bpy.types.ID], list[tuple[bpy.types.ID, str]]]:
+    """Tell mixes and lamps of a material's new group: what nothing uses any more, and `_names`.
+
+    If that fails, mixes stay.
+    """
+    with mixing.mixes.following(material, before, after):
+        lamps.update(context.evaluated_depsgraph_get())
+        unused = node_group.unused(before)
+        mixing.mixes.changed(material)
+        return unused, _names(after, [material])
+
+
+def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) -> list[tuple[bpy.types.ID, str]]:
+    """The name of a new group, which it cannot have beside the one that it replaces; none where the group is that of
+    other materials too, by whose name it goes."""
+    users = bpy.data.user_map(subset=[tree])[tree]
+    if any(isinstance(user, bpy.types.Material) and user not in materials for user in users):
+        return []
+    return [(tree, materials[0].name)]
+
+
+def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:
+    for name in CHOICES:
+        setattr(settings, name, getattr(choices, name))
+    (fit, errors, seconds, _), surface = outcome.fitted, outcome.surface
+    results = {"name_of_data": outcome.measured.name, "digest": outcome.measured.digest,
+               "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
+               "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
+               "fitted_levels": fit.notation, "sphere": surface.sphere, "adjusted": as_text(surface.edit),
+               "fitted_as": as_text(fit_arguments(choices)), **outcome.verdict._asdict(),
+               "colours": outcome.measured.colours if len(outcome.measured.channels) > 1 else reading.GREY}
+    for name in RESULTS:
+        setattr(settings, name, results[name])

@@ -1,0 +1,33 @@
+"""How users want the fit of a material edited: slices say it, and without them no fit is edited."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import bpy
+
+from ..annotations import Arguments
+from .properties import as_text
+
+wanted_by: list[Callable[[bpy.types.Material], Arguments]] = []
+"""Functions that return keyword arguments of `fitter.edited` for a material."""
+
+
+class Sliders(NamedTuple):
+    """How a slice stores what `wanted_by` returns: it rounds arguments as they are stored, and has a material want
+    them, which is edited so already."""
+
+    rounded: Callable[[Arguments], Arguments]
+    move: Callable[[bpy.types.Material, Arguments], None]
+
+
+sliders: list[Sliders] = []
+
+
+def edit_arguments(material: bpy.types.Material) -> Arguments:
+    """The keyword arguments of `fitter.edited` that are wanted of a material; empty where nothing is."""
+    return {name: value for wanted in wanted_by for name, value in wanted(material).items()}
+
+
+def is_as_wanted(material: bpy.types.Material) -> bool:
+    """Whether the shader of a material has been edited as is wanted."""
+    return (material.measured_brdf.adjusted or as_text({})) == as_text(edit_arguments(material))

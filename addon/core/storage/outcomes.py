@@ -1,0 +1,141 @@
+"""The results of the background processes, which materials are made from. Nothing here imports bpy."""
+
+import hashlib
+import json
+from typing import NamedTuple
+
+from ....fitter import ErrorMetrics, Fit
+from ....fitter.arrays import FloatArray
+from ....fitter.cycles.node_mixture import Nodes
+from ....fitter.cycles.principled_bsdf import Principled
+from ....fitter.quality import verdict
+from ....fitter.quality.describe import Description
+from ..annotations import Arguments
+
+
+class Measured(NamedTuple):
+    """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
+
+    `how` are keyword arguments of `fitter.load`, as JSON; name, channels and colours are those of the samples, which
+    `digest` identifies.
+    """
+
+    path: str
+    sample: str
+    how: str
+    name: str
+    channels: tuple[str, ...]
+    colours: str
+    digest: str
+
+
+class Data(NamedTuple):
+    """Measurements and their description."""
+
+    measured: Measured
+    description: Description
+
+    @property
+    def digest(self) -> str:
+        """As `Measured.digest`."""
+        return self.measured.digest
+
+
+class Fitted(NamedTuple):
+    """A fit, its errors at its samples, the time it took, and its `verdict.steps` at samples that it had not seen."""
+
+    fit: Fit
+    errors: ErrorMetrics
+    seconds: float
+    unseen: float = verdict.UNKNOWN
+
+
+class Kept(NamedTuple):
+    """A fit that a material keeps, as `Fit.to_bytes` returns it, and its name."""
+
+    fit: bytes
+    name: str
+    colours: str
+
+    @property
+    def digest(self) -> str:
+        """Identifies the fit: 32 hexadecimal digits."""
+        return hashlib.blake2b(f"{self.name}\n{self.colours}\n".encode() + self.fit, digest_size=16).hexdigest()
+
+
+class Wanted(NamedTuple):
+    """The fit that measurements have with some arguments; nobody need have made it yet."""
+
+    data: Data
+    arguments: Arguments
+
+    @property
+    def digest(self) -> str:
+        """Identifies the fit."""
+        return f"{self.data.digest} {json.dumps(self.arguments, sort_keys=True)}"
+
+    @property
+    def colours(self) -> str:
+        """One of `colours.COLOURS`."""
+        return self.data.measured.colours
+
+
+class KeptMix(NamedTuple):
+    """The fits that a mix keeps, each of a material or of a mix; and the share of the second, None with a mask."""
+
+    first: "Kept | KeptMix"
+    second: "Kept | KeptMix"
+    share: float | None
+
+    @property
+    def digest(self) -> str:
+        """Identifies the mix."""
+        return f"{self.first.digest} {self.second.digest} {self.share}"
+
+    @property
+    def colours(self) -> str:
+        """One of `colours.COLOURS`."""
+        return self.first.colours
+
+
+Shown = Kept | KeptMix | Wanted
+"""A fit that pictures are made of."""
+
+
+class Surface(NamedTuple):
+    """What a material shows.
+
+    Attributes
+    ----------
+    kept : bytes
+        The fit, as `Fit.to_bytes` has it.
+    source : str
+        The OSL shader that `bake` made of it.
+    albedo : (3,)
+        Linear.
+    principled : Principled
+        The closest Principled BSDF.
+    sphere : str
+        A small picture, as `packed` makes it.
+    edit : dict
+        The keyword arguments of `fitter.edited` that the fit was made with.
+    """
+
+    colours: str
+    kept: bytes
+    source: str
+    nodes: Nodes
+    albedo: FloatArray
+    principled: Principled
+    sphere: str
+    edit: Arguments
+
+
+class Outcome(NamedTuple):
+    """Everything that a material is made from; `doubt` is what is to be said of measurements that no surface has."""
+
+    measured: Measured
+    fitted: Fitted
+    verdict: verdict.Verdict
+    surface: Surface
+    doubt: str = ""

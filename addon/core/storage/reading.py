@@ -1,0 +1,70 @@
+"""How the measurements of a material are read: as its settings say, into the colour space of the open file."""
+
+import functools
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Color
+
+from ....fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
+from ....fitter.formats import choices_of, is_there
+from ....fitter.formats.reading import OPTIONS
+from ..annotations import Arguments
+from . import paths
+from .properties import Choices
+
+GREY = "grey"               # in the place of a colour space: the same in every one
+_SAME = 0.01                # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
+
+
+def scene_colours() -> str:
+    """The linear colour space of the open file, one of `COLOURS`; empty if it is another.
+
+    Since Blender 5.0 a file has its own; before, the OpenColorIO configuration has one for all. Colours are converted
+    from either.
+    """
+    axes = (Color(axis).from_scene_linear_to_xyz_d65() for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+    return _named(tuple((axis.r, axis.g, axis.b) for axis in axes))
+
+
+@functools.cache
+def _named(axes: tuple[tuple[float, ...], ...]) -> str:
+    """The space whose red, green and blue have these XYZ; empty if it is none of `COLOURS`."""
+    mine = np.array(axes).T
+    return next((name for name in COLOURS
+                 if np.allclose(mine, to_xyz(DEFAULT) @ conversion(name, DEFAULT), rtol=0, atol=_SAME)), "")
+
+
+def load_arguments(choices: Choices) -> Arguments:
+    """The keyword arguments of `fitter.load` that choices, and the open file, ask for."""
+    options = {name: option.value(getattr(choices, name)) for name, option in OPTIONS.items()}
+    return {**options, "colours": scene_colours() or DEFAULT}
+
+
+def use_reading(choices: Choices, options: Arguments) -> None:
+    """Choose the options of reading as `fitter.load` has them."""
+    for name, option in OPTIONS.items():
+        setattr(choices, name, option.stored(options.get(name, option.default)))
+
+
+def draw_reading(layout: bpy.types.UILayout, choices: Any, path: str) -> None:
+    """Draw the options of reading that a file's format has, which few files need, in a closed sub-section."""
+    shown = [name for name in OPTIONS if name in choices_of(path)]
+    if not shown:
+        return
+    header, body = layout.panel("MEASUREDBRDF_reading", default_closed=True)
+    header.label(text="Units and Conventions")
+    if body is not None:
+        for name in shown:
+            body.prop(choices, name)
+
+
+def other_colours(settings: Any, here: str) -> str:
+    """The colour space that a material was fitted for, by its settings, if it is not `scene_colours`; else empty."""
+    return "" if settings.colours in (GREY, here) or not here else settings.colours
+
+
+def has_file(material: bpy.types.Material) -> bool:
+    """Whether the measurements of a material are where its settings say, or are a published fit."""
+    return bool(material.measured_brdf.filepath) and is_there(paths.absolute(material))

@@ -1,0 +1,1 @@
+"""Pictures and plots of fits, in NumPy: what panels, thumbnails and reports show."""

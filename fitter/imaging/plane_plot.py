@@ -1,0 +1,222 @@
+"""The plot of a plane of incidence: a fit, its samples, perhaps a second fit. Up is the normal, left is the light.
+
+`draw` takes a pen: `drawing.Canvas` makes a picture, `addon/inspect/drawing.py` draws over a viewport. So both are the
+same.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ..arrays import ArrayLike, BoolArray, FloatArray
+from ..samples import Samples
+from .drawing import Color
+from .lobe import RADII, Radius
+
+INK, DIM, FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
+LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
+PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2, 1.0), (0.35, 0.7, 1.0, 1.0))       # of two materials that are compared
+TEXT, SMALL = 13.0, 11.0    # pixels of text at a scale of 1
+IN_PLANE = np.radians(8)    # samples within this angle of the plane of incidence are plotted
+_GREY: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
+_RGB: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
+_DISC, _BEHIND = (0.15, 0.15, 0.16, 1.0), (0.05, 0.05, 0.05, 1.0)
+_DASH = 5.0                 # pixels of a dash where nobody measured, at a scale of 1
+_RINGS = (1.0, 0.65, 0.35)  # of the radius, about
+_APART = 0.14               # rings, at least
+_CHARACTER = 8              # pixels of a digit at a scale of 1, at most
+_HALF = np.linspace(-np.pi / 2, np.pi / 2, 91)
+
+
+class Pen(Protocol):
+    """Draws in pixels from the bottom left; points are (n, 2), ends (2 n, 2)."""
+
+    def line(self, points: ArrayLike, color: Color, width: float) -> None:
+        """Draw a polyline."""
+
+    def strokes(self, ends: ArrayLike, color: Color, width: float) -> None:
+        """Draw lines between pairs of points."""
+
+    def fan(self, points: ArrayLike, color: Color) -> None:
+        """Fill a convex outline."""
+
+    def discs(self, centers: FloatArray, radius: float, color: Color) -> None:
+        """Fill discs."""
+
+    def text(self, string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0) -> float:
+        """Draw text on a base line: its width, of which the share `align` lies left of `at`."""
+
+
+class Curve(NamedTuple):
+    """A fit in the plane: outgoing angles (n,), radians, negative on the light's side; values (n, k), 1/sr; a colour
+    for each of k; where nobody measured, (n,) bool; and samples, (m,) and (m, k), or None."""
+
+    theta: FloatArray
+    values: FloatArray
+    colors: Sequence[Color]
+    is_guess: BoolArray
+    samples: tuple[FloatArray, FloatArray] | None = None
+
+
+class Plane(NamedTuple):
+    """What is seen in a plane of incidence: the angle of the light, radians, the fits, and what radii are."""
+
+    theta_i: float
+    curves: Sequence[Curve]
+    radius: Radius = "cube root"
+
+    @property
+    def largest(self) -> float:
+        """The largest value, 1/sr, above 0."""
+        values = [each for curve in self.curves for each in (curve.values, *(curve.samples or ())[1:])]
+        return max((float(each.max(initial=0)) for each in values), default=0.0) or 1e-9
+
+
+@dataclass(frozen=True)
+class Disc:
+    """Half a disc: its center, (2,), and radius in pixels, and the scale of lines and text."""
+
+    center: FloatArray
+    radius: float
+    scale: float = 1.0
+
+    def points(self, theta: ArrayLike, length: ArrayLike) -> FloatArray:
+        """Where angles and lengths, 1 on the outer circle, lie: (...) to (..., 2) pixels."""
+        theta, length = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(length, dtype=float))
+        return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+
+
+def channel_colors(values: FloatArray) -> Sequence[Color]:
+    """A colour for each channel: (k, channels)."""
+    return _RGB if values.shape[1] == len(_RGB) else _GREY
+
+
+def draw(pen: Pen, disc: Disc, plane: Plane) -> None:
+    """Draw a plane of incidence; without curves, its grid."""
+    _draw_grid(pen, disc)
+    if not plane.curves:
+        return
+    _draw_rings(pen, disc, plane)
+    theta, scale = plane.theta_i, disc.scale
+    color = LIGHT if len(plane.curves) == 1 else INK            # LIGHT is much like the first of two
+    pen.line(disc.points([-theta, -theta], [0.0, 1.0]), color, 2 * scale)
+    pen.discs(disc.points([-theta], [1.0]), 7 * scale, color)
+    pen.line(disc.points([theta, theta], [0.0, 1.0]), (*color[:3], 0.45), 1.2 * scale)
+    for curve in plane.curves:
+        _draw_curve(pen, disc, curve, plane)
+
+
+def _draw_grid(pen: Pen, disc: Disc) -> None:
+    scale = disc.scale
+    pen.fan(disc.points(_HALF, 1.0), _DISC)
+    for degrees in range(-90, 91, 15):
+        angle = math.radians(degrees)
+        is_main = degrees % 30 == 0
+        pen.line(disc.points([angle, angle], [0.0 if is_main else 0.96, 1.0]), FAINT, scale)
+        if is_main:
+            x, y = disc.points(angle, 1.0) + 10 * scale * np.array([math.sin(angle), math.cos(angle)])
+            pen.text(f"{abs(degrees)}\u00b0", (x, y - 4 * scale), SMALL * scale, DIM, (1 - math.sin(angle)) / 2)
+    pen.line(disc.points(_HALF, 1.0), FAINT, 1.2 * scale)
+
+
+def _draw_rings(pen: Pen, disc: Disc, plane: Plane) -> None:
+    """Circles with their values, as far as these have room beside one another."""
+    unit, below = "1/sr", np.array([0.0, -14 * disc.scale])
+    pen.text(unit, disc.center + below, SMALL * disc.scale, DIM, 0.5)
+    written = [(0.0, len(unit))]                # length and characters
+    for value, length in rings(plane.largest, plane.radius):
+        pen.line(disc.points(_HALF, length), FAINT, disc.scale)
+        label = shown_value(value)
+        if all(abs(length - other) * disc.radius > (len(label) + count) / 2 * _CHARACTER * disc.scale
+               for other, count in written):
+            written.append((length, len(label)))
+            for side in (-np.pi / 2, np.pi / 2):
+                pen.text(label, disc.points(side, length) + below, SMALL * disc.scale, DIM, 0.5)
+
+
+def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
+    """A line for each channel, dashed where nobody measured, and the samples on it."""
+    scale, largest, radius = disc.scale, plane.largest, plane.radius
+    parts = np.split(np.arange(len(curve.theta)), np.flatnonzero(np.diff(curve.is_guess)) + 1)
+    for channel, color in enumerate(curve.colors):
+        points = disc.points(curve.theta, lengths(curve.values[:, channel], largest, radius))
+        for part in parts:
+            piece = points[part[0]:part[-1] + 2]
+            if curve.is_guess[part[0]]:
+                pen.strokes(dashes(piece, _DASH * scale), color, 2.2 * scale)
+            else:
+                pen.line(piece, color, 2.2 * scale)
+    if curve.samples is not None:
+        theta, values = curve.samples
+        for channel, color in enumerate(curve.colors):
+            centers = disc.points(theta, lengths(values[:, channel], largest, radius))
+            pen.discs(centers, 3.6 * scale, _BEHIND)
+            pen.discs(centers, 2.6 * scale, color)
+
+
+def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
+    """How far from the center values lie, 1/sr: 1 where they are the largest."""
+    return np.asarray(RADII[radius](np.maximum(values, 0) / largest))
+
+
+def dashes(points: FloatArray, length: float) -> FloatArray:
+    """The ends of the dashes of a polyline, which have gaps of their length between them: (n, 2) to (2 m, 2)."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    at = np.arange(0.0, along[-1] + length, length)
+    at = at[:len(at) // 2 * 2]
+    return np.stack([np.interp(at, along, axis) for axis in points.T], axis=-1)
+
+
+def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
+    """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
+    `largest`."""
+    circles: list[tuple[float, float]] = []
+    for ring in _RINGS:
+        value = _round_down_to_digit(largest * (ring ** 3 if radius == "cube root" else ring))
+        length = float(lengths(np.array(value), largest, radius))
+        if not circles or length < circles[-1][1] - _APART:
+            circles.append((value, length))
+    return circles
+
+
+def shown_value(value: float) -> str:
+    """A value for people, 1/sr: three digits."""
+    if value == 0:
+        return "0"
+    digits = 2 - math.floor(math.log10(abs(value)))
+    return f"{round(value, digits):.10f}".rstrip("0").rstrip(".") if digits < 8 else f"{value:.1e}"
+
+
+def _round_down_to_digit(value: float) -> float:
+    """The largest number of one digit that is not above a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return power * max(math.floor(value / power + 1e-9), 1)
+
+
+def near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+    """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
+    material those whose light is near the azimuth phi_i.
+
+    Returns
+    -------
+    theta_o : (k,) float64
+        Negative on the light's side, radians.
+    values : (k, channels) float64
+    theta_i : float
+        Of the samples; nan without any.
+    """
+    azimuth = np.abs((samples.phi_o - samples.phi_i + np.pi) % (2 * np.pi) - np.pi)
+    # the direction's angle to the plane, not its azimuth, which near the normal says little
+    in_plane = np.sin(samples.theta_o) * np.sin(azimuth) < np.sin(IN_PLANE)
+    if not samples.isotropic:
+        turned = np.abs((samples.phi_i - phi_i + np.pi) % (2 * np.pi) - np.pi)
+        in_plane &= np.sin(samples.theta_i) * np.sin(np.minimum(turned, np.pi / 2)) < np.sin(IN_PLANE)
+    off = np.where(in_plane, np.abs(samples.theta_i - theta_i), np.inf)
+    if not np.isfinite(off).any():
+        return np.zeros(0), np.zeros((0, samples.values.shape[1])), float("nan")
+    near = off < off.min() + np.radians(2)
+    sign = np.where(azimuth[near] < np.pi / 2, -1, 1)
+    return sign * samples.theta_o[near], samples.values[near], float(samples.theta_i[near].mean())

@@ -1,0 +1,144 @@
+"""The smallest fit whose error is within a tolerance."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .. import progress
+from ..arrays import FloatArray, IntArray
+from ..lattice import dense
+from ..model.fit import Fit, notation
+from ..quality import cross_validation
+from ..quality.metrics import error_metrics
+from ..samples import Samples, distinct_channels, subset
+from . import MethodName, fit, prepare
+from .levels import KEPT_OF_FOUR, Levels
+
+METHOD: MethodName = "kriging"
+SPECULAR_LEVEL = 6
+DIFFUSE_LEVELS = (1, 2, 3, 4, 5)
+KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the specular lattice
+
+
+def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fit:
+    """Find the fit of fewest bytes whose error is within a tolerance.
+
+    The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 4
+    (`Levels.of_four_axes`). For each diffuse level, bisection finds the
+    largest compression that suffices.
+
+    Parameters
+    ----------
+    samples : Samples
+    tolerance : float
+        Root mean square error over all samples and channels, 1/sr.
+    held_out : bool
+        Measure the error at samples that were held out of the fit, in five folds (`cross_validation.held_out`),
+        instead of at the fitted samples.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not positive, or no candidate reaches it; the message gives the best candidate's error.
+
+    Examples
+    --------
+    >>> theta = np.radians([0, 20, 40, 60, 80.0])
+    >>> grey = Samples(theta, 0 * theta, theta, 0 * theta, np.full((5, 1), 0.2))
+    >>> found = fit_within(grey, 0.01)
+    >>> found.notation, error_metrics(grey.values, found.evaluate(*grey.directions)).rmse < 0.01
+    ('(1,6,100)', True)
+    """
+    if not tolerance > 0:
+        raise ValueError(f"tolerance is {tolerance!r}, expected a positive number of 1/sr")
+    parts: list[IntArray | None] = [*cross_validation.folds(len(samples))] if held_out else [None]
+    if len(parts) == 1 and held_out:
+        raise ValueError("one sample cannot be predicted from the others")
+    stored = len(distinct_channels(samples)[0].channels)         # equal channels are stored, and counted, once
+    with progress.part(0.0, 0.3):
+        folds = [_Fold(samples, part) for part in progress.each(parts)]
+    whole = folds[0] if not held_out else _Fold(samples, None)
+
+    counts = [count for count in KEPT if count <= 8 * len(samples)]
+    smallest: Fit | None = None
+    best = np.inf, ""
+    steps = len(counts).bit_length()
+    for number, diffuse_level in enumerate(DIFFUSE_LEVELS):
+        if smallest is not None and 4 * _dense_size(samples, diffuse_level) * stored >= smallest.nbytes:
+            break
+        low, high, step = 0, len(counts), 0               # kept[high] suffices, if it exists
+        while low < high:
+            middle = (low + high) // 2
+            compression = _compression(counts[middle])
+            begin = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS)
+            with progress.part(begin, begin + 0.7 / steps / len(DIFFUSE_LEVELS)):
+                predictions = [fold.predicted(diffuse_level, compression) for fold in progress.each(folds)]
+            error = _rmse(samples, predictions, parts)
+            step += 1
+            best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
+            if error <= tolerance:
+                high = middle
+            else:
+                low = middle + 1
+        if high < len(counts):
+            end = 0.3 + 0.7 * (number + 1) / len(DIFFUSE_LEVELS)
+            with progress.part(end, end):
+                fitted = whole.fit(diffuse_level, _compression(counts[high]))
+            smallest = min(smallest or fitted, fitted, key=lambda fit: fit.nbytes)
+    if smallest is None:
+        raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "
+                         f"expected a larger tolerance")
+    return smallest
+
+
+def arguments_of(fit: Fit) -> dict[str, Any]:
+    """The keyword arguments with which `fit` makes the fit that `fit_within` found, of the same samples."""
+    diffuse_level, compression = fit.diffuse_level, fit.compression
+    if not fit.isotropic:     # the levels whose `Levels.of_four_axes` the fit has
+        count = Levels(fit.diffuse_level, fit.specular_level, compression).kept_of(4)
+        diffuse_level, compression = diffuse_level + 1, _compression(round(count / KEPT_OF_FOUR))
+    return {"diffuse_level": diffuse_level, "specular_level": SPECULAR_LEVEL, "compression": compression,
+            "method": METHOD}
+
+
+class _Fold:
+    """A division of the samples into those that are fitted and those that are predicted; without one, all are both.
+
+    The estimate is made once for all fits of the fold.
+    """
+
+    def __init__(self, samples: Samples, held: IntArray | None) -> None:
+        self._predicted = samples if held is None else subset(samples, held)
+        self._fitted = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
+        self._prepared = prepare(self._fitted, METHOD)
+
+    def fit(self, diffuse_level: int, compression: float) -> Fit:
+        return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, **self._prepared)
+
+    def predicted(self, diffuse_level: int, compression: float) -> FloatArray:
+        return self.fit(diffuse_level, compression).evaluate(*self._predicted.directions)
+
+
+def _dense_size(samples: Samples, diffuse_level: int) -> int:
+    """Control points of a dense lattice."""
+    if samples.isotropic:
+        return math.prod(dense.shape(diffuse_level))
+    return math.prod(dense.shape(Levels(diffuse_level, None, 0.0).of_four_axes().diffuse, 4))
+
+
+def _compression(count: int) -> float:
+    return 100 * (1 - count / dense.full_size(SPECULAR_LEVEL))
+
+
+def _rmse(samples: Samples, predictions: list[FloatArray], parts: list[IntArray | None]) -> float:
+    if parts[0] is None:
+        return error_metrics(samples.values, predictions[0]).rmse
+    values = np.empty(samples.values.shape)
+    for part, predicted in zip(parts, predictions, strict=True):
+        values[part] = predicted
+    return cross_validation.errors(samples, values).rmse

@@ -1,0 +1,1 @@
+"""Fresnel's equations, and light below a surface."""
