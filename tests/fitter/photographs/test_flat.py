@@ -103,7 +103,7 @@ def test_shadows_and_saturated_texels_do_not_count(materials):
     assert np.abs(maps.weights - whole.weights).max(axis=2).mean() < 0.01
 
 
-@pytest.mark.parametrize("fits", ["given", 2, None])
+@pytest.mark.parametrize("fits", ["given", 2, pytest.param(None, marks=pytest.mark.release)])
 def test_texels_without_noise_and_radiance_leave_the_others_as_they_are(materials, fits, monkeypatch):
     """Saturated pixels have no noise, and neither has what a file says is black: both are masked, and some black ones
     are not. Without any the unseen lamp is 9 % off where two materials are found."""
