@@ -29,11 +29,10 @@ LARGEST_FITTED = 8 << 20    # bytes: larger files get no thumbnail, their fit wo
 MOST = 400                  # measurements that a folder shows
 _QUICK: Arguments = {**fitter.PRESETS["Draft"]}
 _KEPT = 1500                # pictures on disk
-# what files hold, by path and stamp
-_known: 'Recent[tuple[Path, tuple[int, int]], list["FolderEntry"]]' = Recent(1 << 16)
+_known: 'Recent[tuple[Path, tuple[int, int]], list["Found"]]' = Recent(1 << 16)    # what files hold, by path and stamp
 
 
-class FolderEntry(NamedTuple):
+class Found(NamedTuple):
     """A measurement in a folder, or a file that cannot be read.
 
     Attributes
@@ -61,7 +60,7 @@ class FolderEntry(NamedTuple):
         return not self.error and self.stamp[1] <= LARGEST_FITTED
 
 
-def scan(folder: str) -> list[FolderEntry]:
+def scan(folder: str) -> list[Found]:
     """The measurements in a folder and in those below it, in the order of `discovery.files_below`.
 
     Files are read only where they have changed since the last scan. A file that cannot be read is listed with its
@@ -70,7 +69,7 @@ def scan(folder: str) -> list[FolderEntry]:
     paths = [Path(entry.path) for entry in discovery.files_below(folder)
              if Path(entry.name).suffix.lower() in EXTENSIONS and os.path.isfile(entry.path)]
     others = set(paths)
-    found: list[FolderEntry] = []
+    found: list[Found] = []
     for path in paths:
         stamp = time_and_size(path)
         if stamp is None or discovery.is_read_with_another(path, others):      # removed meanwhile, or a part
@@ -83,9 +82,9 @@ def scan(folder: str) -> list[FolderEntry]:
     return found[:MOST]
 
 
-def _found_in(path: Path, stamp: tuple[int, int]) -> list[FolderEntry]:
+def _found_in(path: Path, stamp: tuple[int, int]) -> list[Found]:
     if stamp[1] > LARGEST_FITTED:                       # one sample: no CURET file is that large
-        return [] if path.suffix.lower() in PLAIN else [FolderEntry(str(path), "", stamp)]
+        return [] if path.suffix.lower() in PLAIN else [Found(str(path), "", stamp)]
     if path.suffix.lower() in PLAIN and not discovery.is_recognised(path):
         return []
     try:
@@ -93,10 +92,10 @@ def _found_in(path: Path, stamp: tuple[int, int]) -> list[FolderEntry]:
         if not samples:
             fitter.load(path)
     except fitter.UnitsUnknownError:                    # the import asks for them
-        return [FolderEntry(str(path), "", stamp)]
+        return [Found(str(path), "", stamp)]
     except ValueError as error:
-        return [FolderEntry(str(path), "", stamp, _as_unicode(str(error)))]
-    return [FolderEntry(str(path), name, stamp) for _, name in samples] or [FolderEntry(str(path), "", stamp)]
+        return [Found(str(path), "", stamp, _as_unicode(str(error)))]
+    return [Found(str(path), name, stamp) for _, name in samples] or [Found(str(path), "", stamp)]
 
 
 def _as_unicode(text: str) -> str:
@@ -108,7 +107,7 @@ def library_pictures(names: Sequence[str]) -> dict[str, SingleArray]:
     return {name: thumbnail(published.find(name), SIZE) for name in names}
 
 
-def measurement_picture(found: FolderEntry, cache: str, how: Arguments) -> SingleArray:
+def measurement_picture(found: Found, cache: str, how: Arguments) -> SingleArray:
     """The picture of a quick fit of a measurement: (SIZE, SIZE, 4) float32. Raises DatasetError, ValueError."""
 
     def draw() -> SingleArray:

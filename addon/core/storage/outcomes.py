@@ -13,7 +13,7 @@ from ....fitter.quality.describe import Description
 from ..annotations import Arguments
 
 
-class Measurement(NamedTuple):
+class Measured(NamedTuple):
     """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
 
     `how` are keyword arguments of `fitter.load`, as JSON; name, channels and colours are those of the samples, which
@@ -32,7 +32,7 @@ class Measurement(NamedTuple):
 class Data(NamedTuple):
     """Measurements and their description."""
 
-    measured: Measurement
+    measured: Measured
     description: Description
 
     @property
@@ -50,7 +50,7 @@ class Fitted(NamedTuple):
     unseen: float = verdict.UNKNOWN
 
 
-class EmbeddedFit(NamedTuple):
+class Kept(NamedTuple):
     """A fit that a material keeps, as `Fit.to_bytes` returns it, and its name."""
 
     fit: bytes
@@ -63,7 +63,7 @@ class EmbeddedFit(NamedTuple):
         return hashlib.blake2b(f"{self.name}\n{self.colours}\n".encode() + self.fit, digest_size=16).hexdigest()
 
 
-class FitRequest(NamedTuple):
+class Wanted(NamedTuple):
     """The fit that measurements have with some arguments; nobody need have made it yet."""
 
     data: Data
@@ -83,8 +83,8 @@ class FitRequest(NamedTuple):
 class KeptMix(NamedTuple):
     """The fits that a mix keeps, each of a material or of a mix; and the share of the second, None with a mask."""
 
-    first: "EmbeddedFit | KeptMix"
-    second: "EmbeddedFit | KeptMix"
+    first: "Kept | KeptMix"
+    second: "Kept | KeptMix"
     share: float | None
 
     @property
@@ -98,7 +98,7 @@ class KeptMix(NamedTuple):
         return self.first.colours
 
 
-Shown = EmbeddedFit | KeptMix | FitRequest
+Shown = Kept | KeptMix | Wanted
 """A fit that pictures are made of."""
 
 
@@ -134,7 +134,7 @@ class Surface(NamedTuple):
 class Outcome(NamedTuple):
     """Everything that a material is made from; `doubt` is what is to be said of measurements that no surface has."""
 
-    measured: Measurement
+    measured: Measured
     fitted: Fitted
     verdict: verdict.Verdict
     surface: Surface
