@@ -149,8 +149,6 @@ LARGE_LAMP_PROBABILITY = 0.5
 LEAST_FOLLOWED = 0.03
 # Share of what is shown toward a lamp that a sampled direction takes away at most.
 MOST_CORRECTED = 0.65
-# Times what is shown that one sample takes away at most of a channel.
-MOST_AT_ONCE = 8.0
 # Share of what is shown toward a lamp below which a sampled direction does not correct it.
 NEGLIGIBLE = 0.04
 
