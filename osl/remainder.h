@@ -12,7 +12,7 @@ RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
   RemainderPlan plan;
   float largest = largest_radius(lamps);
   float size = min(largest / LARGE_LAMP_RADIUS, 1.0);
-  plan.probability = max(mixture.probability, size * LARGE_LAMP_PROBABILITY);
+  plan.probability = max(mixture.probability, size);
   plan.toward_lamp = largest > 0.0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
   plan.sampled = random(seed, RANDOM_REMAINDER) < plan.probability;
   return plan;
