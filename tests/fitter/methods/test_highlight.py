@@ -110,7 +110,7 @@ def test_a_sample_that_is_left_out_does_not_know_itself(random):
 
 def test_a_black_channel_does_not_darken_or_brighten_the_others(random):
     """Of a teal paint that has no red the red one, whatever it is, once moved green and blue to keep the mean."""
-    found, _, field = a_highlight(random)
+    found = a_highlight(random)[0]
     at, black = mirror(np.linspace(10, 70, 30)), np.array([-9.0, 0.0, 0.0])
     found = replace(found, colours=apart(np.tile([-6.0, 0.2, -0.2], (60, 1))))
     values = found.transform.reflectance(found.blend(at, np.tile(black, (30, 1))), *at)
