@@ -14,7 +14,7 @@ from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.transaction import by_session_uid
 from ..core.shading import compiler, material, mixing
-from ..core.storage.outcomes import Kept
+from ..core.storage.outcomes import EmbeddedFit
 from ..core.storage.properties import default_choices, fit_arguments, use_preset
 from ..core.storage.reading import load_arguments
 from ..work import process, queries
@@ -65,7 +65,7 @@ masks and a normal map"""
         osl_support.make_importable("OpenImageIO")
         names = [name for name in (getattr(self, each) for each in _CHOSEN) if name]
         chosen = [bpy.data.materials.get(name) for name in names]
-        kept: list[Kept] = []
+        kept: list[EmbeddedFit] = []
         for name, each in zip(names, chosen, strict=True):
             fit = None if each is None else queries.embedded_fit(each)
             if fit is None:
@@ -74,7 +74,7 @@ masks and a normal map"""
         self._uids: list[int] = [not_none(each).session_uid for each in chosen]
         choices = default_choices("")
         use_preset(choices, _PRESET)
-        corners = _drawn(self.mask) if self.mask else None
+        corners = _mask_corners(self.mask) if self.mask else None
         return process.Calculation(partial(measuring.flat, bpy.path.abspath(self.filepath), corners, self.tile, kept,
                                            fit_arguments(choices), load_arguments(choices)))
 
@@ -109,7 +109,7 @@ masks and a normal map"""
             self.report({"WARNING"} if line in maps.doubts else {"INFO"}, line)
 
 
-def _drawn(name: str) -> FloatArray:
+def _mask_corners(name: str) -> FloatArray:
     """The four points of a mask, (4, 2): as `flat_setup.flat` takes them."""
     mask: Any = bpy.data.masks.get(name)
     splines = [] if mask is None else [spline for layer in mask.layers for spline in layer.splines]

@@ -90,7 +90,8 @@ their folder, or a description (.toml, .lp)"""
             bpy.path.abspath(self.filepath or self.directory)]
         if not paths[0]:
             raise ValueError("The path is empty: choose the photographs, their folder, or a description")
-        return process.Calculation(partial(measuring.found, paths, self.radius, self.distance, self.exposures))
+        return process.Calculation(partial(measuring.find_description, paths, self.radius, self.distance,
+                                           self.exposures))
 
     def apply(self, context: bpy.types.Context, described: Resolved) -> None:
         if self.to_scene:

@@ -28,9 +28,9 @@ from ...fitter.photographs.descriptions import (
 )
 from ...fitter.photographs.flat import check_materials
 from ...fitter.photographs.flat_tiling import tiled
-from ...fitter.photographs.picture_files import About, about
+from ...fitter.photographs.picture_files import PictureInfo, read_picture_info
 from ..core.annotations import Arguments
-from ..core.storage.outcomes import Kept, Outcome
+from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
 
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs
@@ -65,7 +65,7 @@ class Result(NamedTuple):
     doubts: tuple[str, ...]
 
 
-def found(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
+def find_description(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
     """The description that a file is, or a folder has; else one of the pictures, or of those in the folder, as
     `described` makes it."""
     folder = Path(paths[0])
@@ -85,10 +85,10 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int) 
     0: as the files say.
     """
     paths = sorted(paths, key=lambda path: in_order(Path(path).name))
-    abouts: list[About] = []
+    abouts: list[PictureInfo] = []
     for number, path in enumerate(paths):
         progress.report(number / len(paths), f"Looking at {Path(path).name}")
-        abouts.append(about(path))
+        abouts.append(read_picture_info(path))
     sizes = dict.fromkeys(each.size for each in abouts)
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
@@ -122,7 +122,7 @@ def _bracket(exposures: Sequence[float | None]) -> int:
     return 1
 
 
-def _lens(said: About) -> dict[str, float]:
+def _lens(said: PictureInfo) -> dict[str, float]:
     if said.field_of_view is None:
         return {"focal_length": said.focal_length or LENS, "sensor_width": SENSOR}
     half = math.tan(said.field_of_view / 2)
@@ -204,7 +204,7 @@ class Maps(NamedTuple):
     doubts: tuple[str, ...]
 
 
-def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[Kept], arguments: Arguments,
+def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[EmbeddedFit], arguments: Arguments,
          how: Arguments) -> Maps:
     """Measure the flat sample of a description: a mix of chosen materials, else of those that it names, else of those
     that are found. `corners` are as `flat_setup.flat` takes them, `arguments` are of fits, `how` keyword arguments of

@@ -64,10 +64,10 @@ from .flat_chrome import View, chrome_ball, lamps_shown
 from .flat_finding import MOST_MATERIALS
 from .flat_judging import lamp_brightness
 from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, texel_means
-from .lamp_scale import Measured
+from .lamp_scale import MeasuredPlace
 from .lamps import PLACED, Lamp, alike, placed_lamp, with_light_positions
 from .light import Light, same_pictures
-from .picture_files import about
+from .picture_files import read_picture_info
 from .pictures import Part, Pictures, mask_of
 from .scale import GUESSED
 from .setup import lights_of, name_of, size_of
@@ -157,7 +157,7 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
         sample = Table({**description, "sample": placed}, "", path).table("sample")
     places = _places(sample, (height, width))
     shape = _shape(table, places, y / x)
-    angle = viewpoint.field_of_view(camera, (about(each.files("files")[0]) for each in tables), path)
+    angle = viewpoint.field_of_view(camera, (read_picture_info(each.files("files")[0]) for each in tables), path)
     pose = _pose(camera, rays_through(places, (height, width), angle), whole, angle / width)
     view = View(pose.position, pose.turn, (height, width), angle)
     off = float(np.linalg.norm(pose.off, axis=1).max() / (2 * np.tan(angle / 2) / width))
@@ -277,7 +277,7 @@ def _pose(camera: Table, toward: FloatArray, corners: FloatArray, pixel: float) 
     spread = np.linalg.norm(toward - toward.mean(axis=0), axis=1).sum()
     distance = float(np.linalg.norm(corners, axis=1).sum() / spread)
     if viewpoint.is_far(camera):
-        return _turned(np.array([0, 0, distance]), toward, corners)
+        return _aim_camera(np.array([0, 0, distance]), toward, corners)
     given = camera.numbers("position", 3) if camera.has("position") else None
     if given is not None and not given[2] > 0:
         raise camera.error("position", "one above the sample, z more than 0")
@@ -286,11 +286,11 @@ def _pose(camera: Table, toward: FloatArray, corners: FloatArray, pixel: float) 
                                                 for a, b in tilts]
 
     def miss(position: FloatArray) -> FloatArray:
-        off = _turned(position, toward, corners).off.ravel() / pixel
+        off = _aim_camera(position, toward, corners).off.ravel() / pixel
         return off if given is None else np.append(off, (position - given) / (_MEASURED * np.linalg.norm(given)))
 
     ends = [end for start in starts if (end := _descended(miss, start))[2] > 0]
-    return _turned(min(ends or starts, key=lambda end: float((miss(end) ** 2).sum())), toward, corners)
+    return _aim_camera(min(ends or starts, key=lambda end: float((miss(end) ** 2).sum())), toward, corners)
 
 
 def _descended(miss: Callable[[FloatArray], FloatArray], position: FloatArray) -> FloatArray:
@@ -308,7 +308,7 @@ def _descended(miss: Callable[[FloatArray], FloatArray], position: FloatArray) -
                                damping=1e-3)[0]
 
 
-def _turned(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _Pose:
+def _aim_camera(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _Pose:
     """A camera at this position, turned so that its rays miss the corners least."""
     there = corners - position
     there /= np.linalg.norm(there, axis=1, keepdims=True)
@@ -389,11 +389,12 @@ def _shape(table: Table, places: FloatArray, aspect: float) -> tuple[int, int]:
     return max(round(count * aspect), 1), count
 
 
-def _scale(table: Table, size: tuple[int, int], angle: float, pose: _Pose, length: float) -> tuple[Table, Measured]:
+def _scale(table: Table, size: tuple[int, int], angle: float, pose: _Pose,
+           length: float) -> tuple[Table, MeasuredPlace]:
     """The table `scale`, and what its lamps light: a card is where the sample's plane is seen in its region."""
     scale = table.table("scale")
     if not scale.has("card"):
-        return scale, Measured(np.zeros(3), length)
+        return scale, MeasuredPlace(np.zeros(3), length)
     card = scale.table("card")
     left, top, right, bottom = card.numbers("region", 4)
     ray = pose.turn @ rays_through(np.array([left + right, top + bottom]) / 2, size, angle)
@@ -401,7 +402,7 @@ def _scale(table: Table, size: tuple[int, int], angle: float, pose: _Pose, lengt
         raise card.error("region", "a part of the picture in which the sample's plane is seen")
     full = {"card": {"normal": [0, 0, 1], **scale.value("card")}}
     return (Table(full, "scale", table.path),
-            Measured(pose.position - pose.position[2] / ray[2] * ray, length))
+            MeasuredPlace(pose.position - pose.position[2] / ray[2] * ray, length))
 
 
 def _albedo(photographs: list[FlatPhotograph], corners: FloatArray) -> float:

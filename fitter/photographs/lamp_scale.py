@@ -11,7 +11,7 @@ from .ball import BallPhotograph
 from .descriptions import Description
 from .lamps import FAR, Lamp, alike, direction_of
 from .light import Light
-from .picture_files import about
+from .picture_files import read_picture_info
 from .pictures import Pictures
 from .scale import intensity_of_ball, intensity_of_card
 from .table import Table, is_number
@@ -20,7 +20,7 @@ SCALES = ("intensity", "albedo", "card", "ball")
 _LAMP = "lamp", "direction"
 
 
-class Measured(NamedTuple):
+class MeasuredPlace(NamedTuple):
     """What is measured: where it is, (3,), and its size; metres."""
 
     middle: FloatArray
@@ -34,7 +34,7 @@ def check(scale: Table, ways: Sequence[str] = SCALES) -> None:
         raise DatasetError(f"scale has {found}, expected one of {', '.join(ways)}", scale.path)
 
 
-def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured, lamps_are_far: bool,
+def intensity_of(scale: Table, pictures: Pictures, channels: int, what: MeasuredPlace, lamps_are_far: bool,
                  photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph] | None = None,
                  ) -> tuple[FloatArray, tuple[str, ...]]:
     """The radiant intensity of lamps, (channels,), W/sr in units of the pictures, and a note of where it is from.
@@ -67,7 +67,7 @@ def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured
         raise DatasetError(str(error), name) from error
 
 
-def resolved(scale: Table, what: Measured, lamps_are_far: bool) -> Description:
+def resolved(scale: Table, what: MeasuredPlace, lamps_are_far: bool) -> Description:
     """The table `scale` with what belongs to the places of lamps far away, in the place of directions."""
     key = next(filter(scale.has, SCALES))
     given = scale.value(key)
@@ -91,7 +91,7 @@ def _intensity(scale: Table) -> FloatArray:
 def _region(card: Table, pictures: Pictures) -> FloatArray:
     """The radiance of the pixels that a card fills: (n, channels)."""
     left, top, right, bottom = card.numbers("region", 4).astype(int).tolist()
-    height, width = about(card.files("file")[0]).size
+    height, width = read_picture_info(card.files("file")[0]).size
     if not (0 <= left < right <= width and 0 <= top < bottom <= height):
         raise card.error("region", f"left, top, right and bottom within {width} x {height} pixels")
     light = pictures.of_lamp(card, "file", (slice(top, bottom), slice(left, right)))
@@ -101,7 +101,7 @@ def _region(card: Table, pictures: Pictures) -> FloatArray:
     return np.asarray(part)
 
 
-def _lamp(table: Table, what: Measured, others_are_far: bool) -> FloatArray:
+def _lamp(table: Table, what: MeasuredPlace, others_are_far: bool) -> FloatArray:
     """The place of the lamp that lights what is known."""
     lamp = Lamp(direction_of(table), True) if table.has("direction") else Lamp(table.numbers("lamp", 3), False)
     alike([lamp, Lamp(lamp.toward, others_are_far)], table.path)

@@ -8,8 +8,8 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError, printable
 from .ball import check_bright
-from .light import Exposure, Light, flattened, merged, middle_of, without
-from .picture_files import ENCODINGS, Picture, about, read_picture
+from .light import Exposure, Light, flattened, merged, middle_of, subtract_dark
+from .picture_files import ENCODINGS, Picture, read_picture, read_picture_info
 from .table import LARGEST, LEAST, Table
 
 _MASKED = 0.5               # of white
@@ -85,9 +85,9 @@ class Pictures:
         light, path = self.light(table, key, part), table.files(key)[0]
         try:
             if dark is not None:
-                light = without(light, dark)
+                light = subtract_dark(light, dark)
             if flat is not None:
-                size = about(self.lamp.files("flat")[0]).size
+                size = read_picture_info(self.lamp.files("flat")[0]).size
                 middle = self._known_light("flat", middle_of(size))
                 light = flattened(light, flat, middle.radiance.mean(axis=(0, 1)))
         except DatasetError as error:

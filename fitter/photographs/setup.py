@@ -66,7 +66,7 @@ from .ball_finding import brightest, disc_of, find_ball
 from .descriptions import Description, read, with_paths
 from .lamps import KEYS, ChromeBall, alike, lamp_of, with_light_positions
 from .light import Light, same_pictures
-from .picture_files import about
+from .picture_files import read_picture_info
 from .pictures import Part, Pictures, mask_of
 from .samples import gathered, in_place
 from .scale import reflected, scaled, too_bright
@@ -75,7 +75,7 @@ from .table import POSITIVE, Table
 RADIUS = 0.025              # m, of a ball whose size does not matter
 
 
-class Measured(NamedTuple):
+class BallMeasurement(NamedTuple):
     """What photographs measure."""
 
     samples: Samples
@@ -99,7 +99,7 @@ class _Stage(NamedTuple):
     view: viewpoint.Viewpoint
     camera: FloatArray
     """Its place, also where it is far."""
-    ball: lamp_scale.Measured
+    ball: lamp_scale.MeasuredPlace
     mask: BoolArray
     notes: tuple[str, ...]
 
@@ -125,7 +125,7 @@ def measure(path: str | Path) -> Samples:
     return measured(*read(path)).samples
 
 
-def measured(description: Description, path: str | Path) -> Measured:
+def measured(description: Description, path: str | Path) -> BallMeasurement:
     """The same of a description that has been read, or made elsewhere; errors name the path, and files are beside it.
 
     Raises as `measure` does.
@@ -143,10 +143,10 @@ def measured(description: Description, path: str | Path) -> Measured:
         bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
         # what is a guess of the samples' scale is one of the lamp's intensity
         share = float(samples.values.sum() / guessed.values.sum())
-        return Measured(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
-                        (*same, *bright))
+        return BallMeasurement(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
+                               (*same, *bright))
     bright = too_bright(reflected(samples))
-    return Measured(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
+    return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
 
 
 def photographed(description: Description, path: str | Path) -> list[BallPhotograph]:
@@ -206,7 +206,7 @@ def size_of(tables: Sequence[Table], path: Path) -> tuple[int, int]:
     """Height and width of the photographs of tables. Raises DatasetError if they have several."""
     sizes: dict[tuple[int, int], Table] = {}
     for each in tables:
-        sizes.setdefault(about(each.files("files")[0]).size, each)
+        sizes.setdefault(read_picture_info(each.files("files")[0]).size, each)
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
             f"{name_of(each)} {width} x {height}" for (height, width), each in sizes.items()), path)
@@ -251,7 +251,7 @@ def _stage(table: Table, lights: Sequence[Light], pictures: Pictures, path: Path
             notes = "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre),
     else:
         position = view.position
-    return _Stage(view, position, lamp_scale.Measured(centre, radius),
+    return _Stage(view, position, lamp_scale.MeasuredPlace(centre, radius),
                   np.ones((height, width), bool) if mask is None else mask, notes)
 
 

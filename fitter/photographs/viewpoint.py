@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
 from . import camera as cameras
-from .picture_files import About, Picture
+from .picture_files import Picture, PictureInfo
 from .table import Table
 
 KEYS = ("position", "direction", "look_at", "up", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding")
@@ -60,7 +60,7 @@ def viewpoint(camera: Table, pictures: Iterable[Picture], size: tuple[int, int],
                      cameras.rays(*size, angle, turned))
 
 
-def field_of_view(camera: Table, pictures: Iterable[Picture | About], path: Path) -> float:
+def field_of_view(camera: Table, pictures: Iterable[Picture | PictureInfo], path: Path) -> float:
     """The angle of the pictures' width, radians, by the table `camera`, or else by what the pictures say."""
     if camera.has("field_of_view"):
         return float(np.radians(camera.needed("field_of_view")))
