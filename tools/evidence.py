@@ -84,6 +84,8 @@ ENTRIES = {
         ("library_balls.png",)),
     "rings": Entry("python -m benchmarks.rings", ("rings",), (
         *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/rings.py")),
+    "mirrors": Entry("python -m benchmarks.mirrors", ("mirrors",), (
+        *FITS, "benchmarks/mirrors.py", "support/mirrors.py")),
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
     "flat": Entry("python -m benchmarks.flat", ("flat",), (

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import progress
-from ..arrays import Directions, FloatArray, IntArray, joined, selected
+from ..arrays import ArrayLike, Directions, FloatArray, IntArray, joined, selected
 from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
@@ -25,7 +25,7 @@ from ..lattice.normal_equations import NormalEquations, gains
 from ..lattice.positive_definite import inverse_root
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
-from ..samples import Samples, some
+from ..samples import Samples, some, subset
 from . import beyond
 from .gaussian_process import Field, Kernel
 from .highlight import Highlight
@@ -36,6 +36,8 @@ _BETWEEN = 1000             # directions between the samples at which the sparse
 _NEAR = 30                  # degrees from the mirror direction, up to which half of them lie
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 MOST = 50_000               # samples that lattices are fitted to: of a few thousand control points more say no more
+_LOOKED_AT = 4 * MOST       # samples of which these are chosen
+_CELLS, _STRATIFIED = 4096, 0.35    # of a grid, in each of which as many are chosen, and their share; the rest anywhere
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
                             # finer one is refined from it, and corrected where that helps most
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
@@ -151,9 +153,11 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
     levels : Levels
         At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """
-    used = some(samples, MOST)
+    used = some(samples, _LOOKED_AT)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
-    z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset)
+    which, stood_for = stratified(x)
+    x, used = x[which], subset(used, which)
+    z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset, stood_for)
 
     progress.report(0.0, "Fitting the dense lattice")
     no_keys = np.zeros(0, int)
@@ -197,6 +201,28 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
             SparseLattice(levels.specular, index, sparse.reshape(-1, z.shape[1])[index.keys].astype(np.float32), axes))
 
 
+def stratified(x: FloatArray) -> tuple[IntArray, FloatArray]:
+    """At most `MOST` of coordinates (n, axes) in [0, 1]: their indices, and how many each stands for.
+
+    Some are a stratified random sample of the cells of a grid, with as many of each: about a mirror direction a table
+    may have a handful amid millions elsewhere, of which a random sample has none, and lattices have spikes and holes.
+    The others are drawn at random.
+    """
+    if len(x) <= MOST:
+        return np.arange(len(x)), np.ones(len(x))
+    side = round(_CELLS ** (1 / x.shape[1]))
+    cell = np.ravel_multi_index(tuple(np.minimum((x * side).astype(np.int64), side - 1).T), (side,) * x.shape[1])
+    random = np.random.default_rng(0)
+    shuffled = random.permutation(len(x))
+    order = shuffled[np.argsort(cell[shuffled], kind="stable")]
+    _, first, counts = np.unique(cell[order], return_index=True, return_counts=True)
+    number_in_cell = np.arange(len(x)) - np.repeat(first, counts)
+    of_cells, others = np.split(order[np.argsort(number_in_cell, kind="stable")], [round(_STRATIFIED * MOST)])
+    chosen = np.sort(np.concatenate([of_cells, random.permutation(others)[:MOST - len(of_cells)]]))
+    kept = np.bincount(cell[chosen], minlength=side ** x.shape[1])
+    return chosen, np.bincount(cell, minlength=len(kept))[cell[chosen]] / kept[cell[chosen]]
+
+
 def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: FloatArray, count: int,
                  known: IntArray) -> IntArray:
     """The control points, other than those known, that can each lower the errors most: positions in the box."""
@@ -217,12 +243,13 @@ def _independent(keys: IntArray, kernel: Kernel) -> FloatArray:
     return np.full(len(keys), kernel.noise / _VARIANCE)
 
 
-def _weights(samples: Samples, offset: float) -> FloatArray:
-    """What errors of the field at samples are multiplied by: (n,)."""
+def _weights(samples: Samples, offset: float, stood_for: ArrayLike = 1.0) -> FloatArray:
+    """What errors of the field at samples that each stand for some are multiplied by: (n,)."""
     bright = np.maximum(samples.values, 0).mean(axis=1) / offset + 1
     weights = (bright * np.cos(samples.theta_o)) ** WEIGHT      # reflectance is seen times its cosine
     if samples.deviation is not None:
         weights /= np.hypot(1, samples.deviation / _PRECISE)
+    weights *= np.sqrt(stood_for)
     return np.asarray(weights / math.sqrt(np.mean(weights ** 2)))       # the kernel's noise is that of the mean sample
 
 

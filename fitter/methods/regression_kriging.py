@@ -189,9 +189,14 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
 
 
 def _finest(samples: Samples) -> float:
-    """The radius of the half angle up to which samples tell what a highlight is like."""
+    """The radius of the half angle up to which samples tell what a highlight is like, in the plane of incidence.
+
+    Across it steps of the azimuth are as fine as one likes at small polar angles.
+    """
     radius = 2 * HalfAngle().encode(*samples.directions)[:, 0] - 1
-    return _few_are_less(radius[radius > LEAST_LENGTH])
+    along = np.abs(samples.theta_i - samples.theta_o)
+    across = np.sin(samples.theta_o) * np.arccos(-np.cos(samples.phi_o - samples.phi_i))
+    return _few_are_less(radius[(radius > LEAST_LENGTH) & (across <= along)])
 
 
 def _softening(samples: Samples) -> float:

@@ -1,5 +1,6 @@
 """Lattices of a Gaussian process, against SciPy's densities and brute-force least squares over all control points."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -196,3 +197,26 @@ def test_the_error_at_what_is_left_out_is_that_of_fits_to_the_rest(samples, tran
     judge = lattices.LeftOut(samples, system, transform)
     assert judge.error(kernel) == pytest.approx(expected, rel=1e-5)
     assert judge.roughest([kernel, kernel]) is kernel
+
+
+@pytest.mark.parametrize("axes", [3, 4])
+def test_of_many_samples_each_cell_keeps_some_which_stand_for_all_of_it(axes, random):
+    x = np.concatenate([random.random((80_000, axes)) ** 3, [[0.999] * axes]])     # a crowd, and one by itself
+    chosen, stood_for = lattices.stratified(x)
+    assert len(np.unique(chosen)) == len(chosen) == lattices.MOST
+    assert chosen[-1] == len(x) - 1
+    side = {3: 16, 4: 8}[axes]
+    cells = [tuple(each) for each in (x * side).astype(int)]
+    everything, represented = Counter(cells), Counter()
+    for which, number in zip(chosen, stood_for, strict=True):
+        represented[cells[which]] += number
+    assert represented.keys() == everything.keys()
+    np.testing.assert_allclose([represented[cell] for cell in everything], list(everything.values()), rtol=1e-9)
+    kept = Counter(cells[which] for which in chosen)
+    assert all(kept[cell] == count for cell, count in everything.items() if count <= 3)
+
+
+def test_few_of_many_samples_are_all_kept(random):
+    chosen, stood_for = lattices.stratified(random.random((300, 3)))
+    assert chosen.tolist() == list(range(300))
+    assert (stood_for == 1).all()
