@@ -12,6 +12,7 @@ import pytest
 from mathutils import Matrix
 
 import fitter
+from fitter.cycles.node_mixture import Nodes, cycles_mixture
 from fitter.shader_constants import KNOTS
 from support.cases import quick
 from support.made_fits import MADE_FITS
@@ -23,6 +24,7 @@ from support.stage import (
     background,
     black_scene,
     blank_material,
+    material_for,
     osl_material_for,
     render,
     rotation_toward,
@@ -274,7 +276,10 @@ def test_the_lobe_of_a_lamp_without_a_size_is_as_high_as_the_fit_in_every_pixel(
     vertices = np.concatenate([middle + corners, height[..., None]], axis=-1).reshape(-1, 3)
     mesh = bpy.data.meshes.new("facets")
     mesh.from_pydata(vertices.tolist(), [], np.arange(len(vertices)).reshape(-1, 4).tolist())
-    mesh.materials.append(osl_material_for(foil))
+    mixture = cycles_mixture(foil)
+    below = np.zeros_like(mixture.sampling.below)
+    mixture = mixture._replace(sampling=mixture.sampling._replace(below=below))         # the lobe has all of the fit
+    mesh.materials.append(material_for(foil, Nodes(mixture, mixture)))
     scene.collection.objects.link(bpy.data.objects.new("facets", mesh))
     toward = leaning(40)
     add_sun(toward)
