@@ -220,8 +220,8 @@ def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
     first, w = locate(x, level)
     base = first @ step
     if len(x) <= _FEW:
-        taps, basis = base[:, None] + tap_offsets(step), tensor(w)
-        return np.stack([np.einsum("nt,nt->n", points.take(taps), basis) for points in flat])
+        every, basis = base[:, None] + tap_offsets(step), tensor(w)
+        return np.stack([np.einsum("nt,nt->n", points.take(every), basis) for points in flat])
     *outer, inner = (np.ascontiguousarray(axis.T) for axis in w)
     total = np.zeros((len(flat), len(x)))
     for taps in itertools.product(range(4), repeat=len(outer)):
