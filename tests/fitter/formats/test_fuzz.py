@@ -19,7 +19,7 @@ def path(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def few_fitted(monkeypatch):
     """The command fits all samples of nearly all files."""
-    monkeypatch.setattr(fuzz, "_MOST_FITTED", 300)
+    monkeypatch.setattr(fuzz, "_MOST_FITTED", 100)
 
 
 @pytest.mark.parametrize("name", FILES)
