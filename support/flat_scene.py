@@ -1,5 +1,5 @@
 """Synthetic photographs of a flat sample of several materials, by a small renderer that shares nothing with
-`fitter.photographs`: point by point, by dot products in the point's own frame."""
+`fitter.photographs`: by dot products at each point, in no frame of its own."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -46,22 +46,18 @@ def lamps(count=16):
 def radiance(sample, u, v, lamp, camera=CAMERA):
     """What points of the sample send to the camera: (n, 3)."""
     place = np.column_stack([(u - 0.5) * SIZE, (v - 0.5) * SIZE * 0.8, np.zeros(len(u))])
-    normal, weights, found = sample.normals(u, v), sample.weights(u, v), np.zeros((len(u), 3))
-    for k, (point, n) in enumerate(zip(place, normal, strict=True)):
-        to_lamp, to_camera = lamp - point, camera - point
-        d = np.sqrt(to_lamp @ to_lamp)
-        light, view = to_lamp / d, to_camera / np.sqrt(to_camera @ to_camera)
-        cos_i, cos_o = n @ light, n @ view
-        if cos_i <= 0 or cos_o <= 0:
-            continue
-        azimuth = np.arccos(np.clip((light @ view - cos_i * cos_o) / max(
-            np.sqrt((1 - cos_i ** 2) * (1 - cos_o ** 2)), 1e-12), -1, 1))
-        found[k] = [np.arccos(min(cos_i, 1)), np.arccos(min(cos_o, 1)), azimuth]
-        weights[k] *= cos_i / d ** 2
-    values = np.stack([fit.evaluate(found[:, 0], 0, found[:, 1], found[:, 2]) * np.ones(3) for fit in sample.fits],
-                      axis=2)
-    lit = (found[:, 0] > 0)[:, None]
-    return np.where(lit, (values * weights[:, None]).sum(axis=2), 0) * INTENSITY
+    normal, to_lamp, to_camera = sample.normals(u, v), lamp - place, camera - place
+    d = np.sqrt((to_lamp ** 2).sum(axis=1))
+    light, view = to_lamp / d[:, None], to_camera / np.sqrt((to_camera ** 2).sum(axis=1))[:, None]
+    cos_i, cos_o, cos_phase = (each.sum(axis=1) for each in (normal * light, normal * view, light * view))
+    lit = (cos_i > 0) & (cos_o > 0)
+    cos_i, cos_o = np.clip(cos_i, 0, 1), np.clip(cos_o, 0, 1)
+    sines = np.sqrt((1 - cos_i ** 2) * (1 - cos_o ** 2))
+    azimuth = np.arccos(np.clip((cos_phase - cos_i * cos_o) / np.maximum(sines, 1e-12), -1, 1))
+    values = np.stack([fit.evaluate(np.arccos(cos_i), 0, np.arccos(cos_o), azimuth) * np.ones(3)
+                       for fit in sample.fits], axis=2)
+    weights = sample.weights(u, v) * (cos_i / d ** 2)[:, None]
+    return np.where(lit[:, None], (values * weights[:, None]).sum(axis=2), 0) * INTENSITY
 
 
 def rays(size, camera=CAMERA):

@@ -33,6 +33,7 @@ MIRRORS: dict[int, tuple[tuple[int, ...], ...]] = {3: ((1, 1, -1), (-1, -1, 1), 
 HALVED: dict[int, tuple[bool, ...]] = {3: (True, False, True), 4: (False, False, False, True)}
 """The axes of which half is stored."""
 _CHUNK = 8192               # points evaluated at a time: fits the processor's cache
+_FEW = 1000                 # points whose control points are read at once: the calls of NumPy take longest
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,8 +218,11 @@ def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
     """The spline of control points (channels, points) at a few points (n, axes): (channels, n)."""
     step = strides(level, x.shape[1])
     first, w = locate(x, level)
-    *outer, inner = (np.ascontiguousarray(axis.T) for axis in w)
     base = first @ step
+    if len(x) <= _FEW:
+        every, basis = base[:, None] + tap_offsets(step), tensor(w)
+        return np.stack([np.einsum("nt,nt->n", points.take(every), basis) for points in flat])
+    *outer, inner = (np.ascontiguousarray(axis.T) for axis in w)
     total = np.zeros((len(flat), len(x)))
     for taps in itertools.product(range(4), repeat=len(outer)):
         tap = base + int(step[:-1] @ taps)

@@ -12,6 +12,7 @@ import pytest
 from mathutils import Matrix
 
 import fitter
+from fitter.cycles.node_mixture import Nodes, cycles_mixture
 from fitter.shader_constants import KNOTS
 from support.cases import quick
 from support.made_fits import MADE_FITS
@@ -23,6 +24,7 @@ from support.stage import (
     background,
     black_scene,
     blank_material,
+    material_for,
     osl_material_for,
     render,
     rotation_toward,
@@ -54,12 +56,12 @@ def add_sun(direction, strength=1.0, angle=0.0):
     add_lamp("SUN", strength, rotation=rotation_toward(direction), angle=angle)
 
 
-def plane(fit, samples, normal=None, size=8):
+def plane(fit, samples, normal=None, size=8, make=osl_material_for):
     """A plane that fills the picture, its normal toward the viewer; its shading normal may be given."""
     scene = black_scene(size, size, samples, span=0.5)
     scene.cycles.max_bounces = 0
     bpy.ops.mesh.primitive_plane_add(size=4)
-    material = osl_material_for(fit)
+    material = make(fit)
     bpy.context.object.data.materials.append(material)
     if normal is not None:
         vector = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
@@ -68,6 +70,15 @@ def plane(fit, samples, normal=None, size=8):
         group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
         material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
     return scene
+
+
+def material_of_what_is_left(fit):
+    """A material whose mixture shows nothing where the shader is exact: lobes and sampled directions carry the fit."""
+    mixture = cycles_mixture(fit)
+    below = np.zeros_like(mixture.sampling.below)
+    sampling = mixture.sampling._replace(below=below, balance=np.ones_like(mixture.sampling.balance))
+    mixture = mixture._replace(sampling=sampling)
+    return material_for(fit, Nodes(mixture, mixture))
 
 
 def colours(scene):
@@ -248,6 +259,27 @@ def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
     assert noise[1] < 1.2 * noise[0]
 
 
+def test_a_lamp_near_the_horizon_adds_no_more_noise_than_one_whose_middle_is_on_it(blender, foil):
+    """Directions below the horizon carry nothing: a path that follows one is lost to the world."""
+    noise = []
+    for elevation in (0.0, 0.05):
+        scene = plane(foil, 32, size=32)
+        background(scene, 1)
+        add_sun(leaning(90 - math.degrees(elevation)), angle=0.2)
+        noise.append(colours(scene).std())
+    assert noise[1] < 1.2 * noise[0]
+
+
+def test_beside_a_lamp_the_rest_of_the_world_gives_all_of_its_light(blender, foil):
+    """Of the directions that carry all of the fit, most are taken about a lamp that hardly shines."""
+    scene = plane(foil, 256, size=32, make=material_of_what_is_left)
+    background(scene, 1)
+    add_sun(leaning(60), 1e-4, angle=0.6)
+    r, phi = np.sqrt((np.arange(200) + 0.5) / 200)[:, None], (np.arange(100) + 0.5) / 100 * math.pi
+    albedo = math.pi * foil.evaluate(np.arcsin(r), 0, 0, phi).mean(axis=(0, 1))
+    assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(albedo, 3), rel=0.02)
+
+
 def test_a_small_lamp_is_not_drawn_at_as_well(blender, foil):
     """The remainder is 0 there: it would add nothing in the mean, and fireflies to a picture."""
     pictures = []
@@ -274,7 +306,7 @@ def test_the_lobe_of_a_lamp_without_a_size_is_as_high_as_the_fit_in_every_pixel(
     vertices = np.concatenate([middle + corners, height[..., None]], axis=-1).reshape(-1, 3)
     mesh = bpy.data.meshes.new("facets")
     mesh.from_pydata(vertices.tolist(), [], np.arange(len(vertices)).reshape(-1, 4).tolist())
-    mesh.materials.append(osl_material_for(foil))
+    mesh.materials.append(material_of_what_is_left(foil))
     scene.collection.objects.link(bpy.data.objects.new("facets", mesh))
     toward = leaning(40)
     add_sun(toward)

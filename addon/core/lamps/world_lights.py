@@ -22,7 +22,7 @@ _MIN_ROWS = 16                  # below this a spot cannot be told from its surr
 _MAX_PIXELS = 1 << 26
 _MAX_SPOTS = 4
 _MAX_RADIUS = math.radians(6)   # of a spot
-_RING = 1.4                     # outer radius of the ring that gives the background of a spot, over _MAX_RADIUS
+_RING = 1.4                     # least outer radius of the ring that gives the background of a spot, over _MAX_RADIUS
 _MIN_SHARE = 0.02               # of all light, for a spot to be worth a lobe
 _ENCLOSED = 0.95                # share of a spot's light that lies within its radius
 _MAX_IMAGES = 16                # whose spots are cached
@@ -126,13 +126,15 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
     solid_angle = np.hypot(unit[..., 0], unit[..., 1]) * (2 * np.pi**2 / radiance.size)
     total = (radiance * solid_angle).sum()
     left = radiance.copy()
+    pixel = np.pi / len(radiance)
+    ring_radius = max(_RING * _MAX_RADIUS, _MAX_RADIUS + pixel)     # so that there are pixels in it
     brightest: list[Spot] = []
     for _ in range(_MAX_SPOTS):
         direction = unit[np.unravel_index(left.argmax(), left.shape)]
         for _ in range(2):                      # first around the brightest pixel, then around the centroid
             angle = np.arccos(np.clip(unit @ direction, -1, 1))
             inside = angle < _MAX_RADIUS
-            ring = (angle < _RING * _MAX_RADIUS) & ~inside
+            ring = (angle < ring_radius) & ~inside
             excess = np.where(inside, np.maximum(left - np.median(left[ring]), 0), 0) * solid_angle
             light = excess.sum()
             if not light > _MIN_SHARE * total:
@@ -142,7 +144,6 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
         angle = np.arccos(np.clip(unit @ direction, -1, 1))
         order = np.argsort(angle[inside])
         last = min(np.searchsorted(np.cumsum(excess[inside][order]), _ENCLOSED * light), len(order) - 1)
-        pixel = np.pi / len(radiance)
         x, y, z = direction
         brightest.append(Spot((x, y, z), float(angle[inside][order][last] + pixel / 2), float(light)))
         left[inside] = np.median(left[ring])

@@ -638,6 +638,7 @@ def test_a_linked_object_reads_the_lamps_of_this_file(blender, lamps, scene, way
         scene.frame_set(6)
         found = known(depsgraph=layer.depsgraph, item=plane)
         np.testing.assert_allclose(found[:, :3], [place, (5, 1, 0)], atol=1e-5)
+    assert plane[POINTER].library is not None, "of its own file: what points to local data does not outlive a save"
 
 
 def test_pointers_and_values_are_saved_undone_and_done_again(blender, lamps, scene, tmp_path):

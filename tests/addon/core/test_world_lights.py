@@ -136,12 +136,40 @@ def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_
     assert third not in (first, second)
 
 
-@pytest.mark.parametrize(("rows", "has_spots"), [(15, False), (32, True)])
-def test_an_image_of_few_rows_has_no_spot_wherever_it_is_bright(extension, rows, has_spots):
-    spots = extension.addon.core.lamps.world_lights.spots
-    images = np.ones((rows, rows, 2 * rows))
-    images[np.arange(rows), np.arange(rows), 5] = 1000          # one for each height of the bright texel
-    assert any(map(spots, images)) == has_spots
+def bright_texels(rows):
+    """Images with one bright texel, at each height, and where that is: pairs of (rows, 2 rows) and (3,)."""
+    for row in range(rows):
+        image = np.ones((rows, 2 * rows))
+        image[row, 5] = 1000
+        latitude, longitude = (row + 0.5) * math.pi / rows - math.pi / 2, math.pi - 5.5 * math.pi / rows
+        yield image, (math.cos(latitude) * math.cos(longitude), math.cos(latitude) * math.sin(longitude),
+                      math.sin(latitude))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rows", [16, 19, 21, 32])
+def test_a_bright_texel_of_few_rows_is_a_spot_wherever_it_is(extension, rows):
+    for image, place in bright_texels(rows):
+        (direction, radius, _), = extension.addon.core.lamps.world_lights.spots(image)
+        assert direction == pytest.approx(place, abs=1e-6)
+        assert radius == pytest.approx(math.pi / rows / 2)
+
+
+def test_an_image_of_fewer_rows_has_no_spot(extension):
+    assert not any(extension.addon.core.lamps.world_lights.spots(image) for image, _ in bright_texels(15))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kind", ["missing", "tiled"])
+def test_an_image_that_is_not_there_or_has_tiles_has_no_spot(blender, extension, kind):
+    image = blender.data.images.new("Sky", 64, 32, float_buffer=True, tiled=kind == "tiled")
+    pixels = np.zeros((32, 64, 4), np.float32)
+    pixels[16, 5] = 1000
+    image.pixels.foreach_set(pixels.ravel())
+    if kind == "missing":
+        assert len(extension.addon.core.lamps.world_lights._in_image(image)) == 1
+        image.source, image.filepath = "FILE", "//nowhere.exr"
+    assert extension.addon.core.lamps.world_lights._in_image(image) == []
 
 
 def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):

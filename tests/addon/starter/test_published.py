@@ -155,6 +155,20 @@ def test_a_second_click_uses_the_material_that_is_there_unless_it_has_been_chang
     assert other.active_material.name == "Satin chromium"
 
 
+@pytest.mark.parametrize("how", ["outdated", "without its node"])
+def test_a_second_click_does_not_use_a_material_that_is_outdated_or_has_lost_its_node(cube, monkeypatch, how):
+    from measured_brdf.addon.core.shading import material
+
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    first = cube.active_material
+    if how == "outdated":
+        monkeypatch.setattr(material, "SHADER_VERSION", material.SHADER_VERSION + 1)
+    else:
+        first.node_tree.nodes.remove(material.group_node(first))
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    assert cube.active_material != first
+
+
 def test_search_finds_by_words_in_name_label_and_tags(extension):
     from measured_brdf.addon.starter import shelf
     from measured_brdf.fitter.model import published

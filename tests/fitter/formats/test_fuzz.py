@@ -16,6 +16,12 @@ def path(tmp_path_factory):
     return tmp_path_factory.mktemp("fuzz") / "case.dat"
 
 
+@pytest.fixture(autouse=True)
+def few_fitted(monkeypatch):
+    """The command fits all samples of nearly all files."""
+    monkeypatch.setattr(fuzz, "_MOST_FITTED", 100)
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_the_files_to_be_damaged_are_read_as_they_stand(path, name):
     assert fuzz.check(FILES[name], path)[0] == "read"

@@ -29,7 +29,9 @@ def test_evaluate_is_the_tensor_product_spline_of_scipy(random, level):
     knots = tuple((first - 2 + np.arange(count + 4)) / m
                   for first, count in zip(dense.origin(level), dense.shape(level), strict=True))
     spline = NdBSpline(knots, points, k=3)
-    np.testing.assert_allclose(dense.evaluate(points, level, x), spline(x), atol=1e-12)
+    for times in ((1, 1), (5, 1)):      # few points and many are evaluated in two ways
+        found = dense.evaluate(points, level, np.tile(x, times))
+        np.testing.assert_allclose(found, np.tile(spline(x), times), atol=1e-12)
 
 
 @pytest.mark.parametrize("level", range(8))

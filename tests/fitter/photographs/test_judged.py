@@ -5,6 +5,7 @@ import pytest
 
 import fitter
 from fitter import cli
+from fitter.photographs import ball_advice
 from support import ball_files, ball_scene, flat_files, flat_scene
 
 NAMES = [f"lamp{number}.exr" for number in range(1, 9)]
@@ -32,6 +33,12 @@ def ball(openimageio, paints, tmp_path_factory):
     """The description of photographs of a ball."""
     scenes = [ball_scene.at_phase(angle, turn=50 * k) for k, angle in enumerate(PHASES)]
     return ball_files.write(tmp_path_factory.mktemp("ball"), paints[0], scenes)
+
+
+@pytest.fixture(autouse=True)
+def short_advice(monkeypatch):
+    """The place of a next lamp, of which nothing is asked here, is found by few samples."""
+    monkeypatch.setattr(ball_advice, "_SAMPLES", 200)
 
 
 @pytest.fixture

@@ -42,9 +42,15 @@ def test_photographs_of_files_measure_the_material(written):
     assert "Scale and colour by a card of known albedo" in samples.notes
 
 
-def test_a_line_break_in_a_description_begins_no_line(written, tmp_path, capsys, monkeypatch):
+@pytest.fixture
+def short_command(monkeypatch):
+    """The command neither judges photographs nor advises, which takes fits."""
     monkeypatch.setattr(cli, "left_out", lambda _: None)
     monkeypatch.setattr(cli, "advice", lambda _: [])
+
+
+@pytest.mark.usefixtures("short_command")
+def test_a_line_break_in_a_description_begins_no_line(written, tmp_path, capsys):
     broken = written.with_name("broken.toml")
     broken.write_text(written.read_text().replace("painted ball", "painted\\nerror: none"))
     assert cli.main(["photographs", str(broken), "-o", str(tmp_path / "ball.npz")]) == 0
@@ -213,6 +219,7 @@ def test_of_several_layers_one_is_read_whole_and_told(openimageio, tmp_path, nam
     assert (bool(notes), said in "".join(notes)) == (bool(said), True)
 
 
+@pytest.mark.usefixtures("short_command")
 def test_that_a_file_has_further_parts_and_is_to_be_turned_is_told(openimageio, scenes, tmp_path, capsys):
     """By the command: pixels are where the sensor has them."""
     import OpenImageIO
