@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import fitter
+from fitter.photographs.capture_setup import read
 from fitter.photographs.flat import frame_of, points_of
 from fitter.photographs.flat_photograph import observed
 from fitter.photographs.flat_setup import flat
@@ -115,7 +116,7 @@ def main(coin=None):
             path = Path(folder, "setup.toml")
             path.write_text(text, "utf-8")
             try:
-                sample = flat(path)
+                sample = flat(read(path))
             except fitter.DatasetError as error:        # the others are shown all the same
                 print(f"{name}: {error}")
                 continue

@@ -12,8 +12,8 @@ from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.imaging.pictures import srgb
 from ...fitter.photographs import setup
+from ...fitter.photographs.capture_setup import Description, parse
 from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative_difference
-from ...fitter.photographs.descriptions import Description
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.previews import picture_of
@@ -51,7 +51,7 @@ def answer(folder: Path) -> None:
     osl_support.make_importable("OpenImageIO")
     request = json.loads((folder / _REQUEST).read_text("utf-8"))
     progress.report(0.0, "Reading")
-    shot, = setup.photographed(request["description"], request["scene"])
+    shot, = setup.photographed(parse(request["description"], request["scene"]))
     part = part_of_ball(shot)
     size = min(part.side, _SIZE)
     photograph = reduced(shot.radiance, part, size)

@@ -110,7 +110,7 @@ their folder, or a description (.toml, .lp)"""
         known = [] if scene is None else list(photographs.lamps(photographs.get(scene)))
         if scene is None or not known:
             raise ValueError("This scene has no photographs of a ball")
-        stage.add(scene, described.description["photograph"], known[0].data)
+        stage.add(scene, described.setup.photographs, known[0].data)
         photographs.get(scene).active = len(photographs.get(scene).photographs) - 1
 
 

@@ -20,7 +20,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...fitter.photographs.descriptions import GUESS as GUESSED
+from ...fitter.photographs.capture_setup import GUESS as GUESSED
 from ...fitter.photographs.picture_files import ENCODINGS
 from ...fitter.quality import verdict
 from ..core.storage.paths import RELATIVE, Place

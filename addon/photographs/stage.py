@@ -1,6 +1,6 @@
 """A description of photographs as a scene, with a camera, a ball and lamps; and the description of such a scene.
 
-The description is what `python -m fitter photographs` reads, as `fitter.photographs.setup` has it.
+The description is what `python -m fitter photographs` reads, as `fitter.photographs.capture_setup` has it.
 """
 
 import json
@@ -17,14 +17,15 @@ from mathutils import Matrix, Vector
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs import camera as cameras
-from ...fitter.photographs.descriptions import Description
+from ...fitter.photographs import viewpoint
+from ...fitter.photographs.capture_setup import BallSetup, CameraSetup, CaptureSetup, Description, Shot
 from ...fitter.photographs.setup import Resolved
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.shading import look, material
 from ..core.storage import paths
 from . import settings as photographs
-from .settings import AS_THE_FILE_SAYS, BALL, CARD, GUESS, INTENSITY
+from .settings import AS_THE_FILE_SAYS, BALL, GUESS, INTENSITY
 from .work import LENS, SENSOR, START
 
 _SAMPLES, _IN_VIEW = 64, 16         # per pixel: of renders, and of the 3D view, which else competes with the workers
@@ -37,41 +38,41 @@ def make(resolved: Resolved) -> bpy.types.Scene:
     """Make a scene of a description whose places are numbers. Raises DatasetError if it has what the settings of a
     scene cannot hold: several files of a card, say.
     """
-    description, (height, width) = resolved
-    scene = bpy.data.scenes.new(description["name"])
+    setup, (height, width) = resolved
+    ball, shots = setup.of_ball(), setup.photographs
+    scene = bpy.data.scenes.new(setup.title)
     osl_support.enable(scene)
     scene.cycles.samples, scene.cycles.preview_samples = _SAMPLES, _IN_VIEW
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
     scene.view_settings.view_transform = "Standard"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
     settings = photographs.get(scene)
-    settings.camera = scene.camera = _camera(scene, description["camera"], description["ball"]["centre"])
-    settings.ball = _ball(scene, description["ball"])
+    settings.camera = scene.camera = _camera(scene, setup.camera, not_none(ball.centre))
+    settings.ball = _ball(scene, ball)
     light = bpy.data.lights.new("Lamp", "POINT")
     light.use_soft_falloff = False          # a ball
-    light.shadow_soft_size = description.get("lamp", {}).get("radius", 0.0)
+    light.shadow_soft_size = setup.lamp.radius
     light.energy = 4 * math.pi              # a radiant intensity of 1
-    add(scene, description["photograph"], light)
-    _store(settings, description, scene, light)
-    first = Path(description["photograph"][0]["files"][0])
-    settings.samples = str(first.with_name(f"{description['name']}.npz"))
+    add(scene, shots, light)
+    _store(settings, setup, scene, light)
+    settings.samples = str(shots[0].files[0].absolute().with_name(f"{setup.title}.npz"))
     photographs.show(settings)
     return scene
 
 
-def add(scene: bpy.types.Scene, shots: Sequence[Description], light: Any) -> None:
+def add(scene: bpy.types.Scene, shots: Sequence[Shot], light: Any) -> None:
     """Add photographs of a description to a scene, each with a lamp that has this light."""
-    names = [Path(shot["files"][0]).stem for shot in shots]
-    pictures = [_picture(shot["files"][0]) for shot in shots]
-    lamps = [_lamp(scene, name, light, shot["lamp"]) for name, shot in zip(names, shots, strict=True)]
+    names = [shot.files[0].stem for shot in shots]
+    pictures = [_picture(str(shot.files[0].absolute())) for shot in shots]
+    lamps = [_lamp(scene, name, light, not_none(shot.lamp)) for name, shot in zip(names, shots, strict=True)]
     # last, because it is not taken back on an error
     for shot, name, picture, lamp in zip(shots, names, pictures, lamps, strict=True):
         added = photographs.get(scene).photographs.add()
         added.name, added.picture, added.lamp = name, picture, lamp
-        for number, path in enumerate(shot["files"]):
+        exposures = np.zeros(len(shot.files)) if shot.exposures is None else shot.exposures
+        for path, exposure in zip(shot.files, exposures, strict=True):
             file = added.files.add()
-            file.filepath = path
-            file.exposure = shot["exposures"][number] if "exposures" in shot else 0.0
+            file.filepath, file.exposure = str(path.absolute()), exposure
 
 
 def _picture(path: str) -> bpy.types.Image:
@@ -81,27 +82,25 @@ def _picture(path: str) -> bpy.types.Image:
     return picture
 
 
-def _camera(scene: bpy.types.Scene, description: Description, centre: Sequence[float]) -> bpy.types.Object:
+def _camera(scene: bpy.types.Scene, setup: CameraSetup, centre: Any) -> bpy.types.Object:
     data = bpy.data.cameras.new("Camera")
     data.sensor_fit = "HORIZONTAL"
-    data.sensor_width = description.get("sensor_width", SENSOR)
-    if "field_of_view" in description:
-        data.lens = data.sensor_width / (2 * math.tan(math.radians(description["field_of_view"]) / 2))
-    else:
-        data.lens = description.get("focal_length", LENS)
+    data.sensor_width = setup.sensor_width or SENSOR
+    data.lens = setup.focal_length or LENS
+    if setup.field_of_view is not None:
+        data.lens = data.sensor_width / (2 * math.tan(math.radians(setup.field_of_view) / 2))
     background = data.background_images.new()
     background.display_depth, background.alpha = "FRONT", _HALF
     data.show_background_images = True
     item = _object(scene, "Camera", data)
-    orientation = cameras.looking(description["position"], description.get("look_at", centre),
-                                  description.get("up", (0, 0, 1)))
-    item.matrix_basis = Matrix.Translation(description["position"]) @ Matrix(orientation.tolist()).to_4x4()
+    orientation = viewpoint.orientation(setup, centre)
+    item.matrix_basis = Matrix.Translation(Vector(_numbers(setup.position))) @ Matrix(orientation.tolist()).to_4x4()
     return item
 
 
-def _ball(scene: bpy.types.Scene, description: Description) -> bpy.types.Object:
+def _ball(scene: bpy.types.Scene, setup: BallSetup) -> bpy.types.Object:
     item = _object(scene, "Ball", look.sphere())
-    item.location, item.scale = description["centre"], [description["radius"]] * 3
+    item.location, item.scale = _numbers(setup.centre), [not_none(setup.radius)] * 3
     preview = bpy.data.materials.new("Not Measured")
     material.use_nodes(preview)
     surface: Any = next(node for node in not_none(preview.node_tree).nodes if node.type == "BSDF_PRINCIPLED")
@@ -111,7 +110,12 @@ def _ball(scene: bpy.types.Scene, description: Description) -> bpy.types.Object:
     return item
 
 
-def _lamp(scene: bpy.types.Scene, name: str, light: bpy.types.Light, at: Sequence[float]) -> bpy.types.Object:
+def _numbers(place: Any) -> list[float]:
+    """A place of a description in which all are numbers."""
+    return np.asarray(place, dtype=float).tolist()
+
+
+def _lamp(scene: bpy.types.Scene, name: str, light: bpy.types.Light, at: Any) -> bpy.types.Object:
     item = _object(scene, f"Lamp of {name}", light)
     item.location = at
     return item
@@ -123,42 +127,39 @@ def _object(scene: bpy.types.Scene, name: str, data: Any) -> bpy.types.Object:
     return item
 
 
-def _store(settings: Any, description: Description, scene: bpy.types.Scene, light: bpy.types.Light) -> None:
+def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bpy.types.Light) -> None:
     """Store what no object says."""
-    lamp = description.get("lamp", {})
-    for name, value in (("dark", _one(lamp, "dark")), ("flat", _one(lamp, "flat")),
-                        ("mask", _one(description["ball"], "mask")),
-                        ("encoding", description["camera"].get("encoding")),
-                        ("matrix", json.dumps(description["camera"].get("matrix", "")).strip('"'))):
+    matrix = setup.camera.matrix
+    for name, value in (("dark", _one(setup.lamp.dark)), ("flat", _one(setup.lamp.flat)),
+                        ("mask", _one(setup.of_ball().mask)), ("encoding", setup.camera.encoding),
+                        ("matrix", "" if matrix is None else json.dumps(matrix.tolist()))):
         if value:
             setattr(settings, name, value)
-    (settings.scale, given), = description["scale"].items()
-    if settings.scale == GUESS:
-        settings.albedo = given
-    elif settings.scale == INTENSITY:
-        settings.intensity = _three(given)
-    else:
-        settings.known, settings.known_albedo = _one(given, "file"), _three(given["albedo"])
-        settings.known_exposure, = given.get("exposures", [0.0])
-        settings.known_lamp = next(
-            (lamp for lamp in photographs.lamps(settings) if (lamp.location - Vector(given["lamp"])).length < _NEAR),
-            None) or _lamp(scene, "the scale", light, given["lamp"])
+    scale = setup.scale
+    settings.scale = scale.way()
+    if scale.albedo is not None:
+        settings.albedo = scale.albedo
+    if scale.intensity is not None:
+        settings.intensity = np.broadcast_to(scale.intensity, 3)
+    known = scale.card or scale.ball
+    if known is not None:
+        settings.known, settings.known_albedo = _one(known.file), np.broadcast_to(known.albedo, 3)
+        settings.known_exposure = 0.0 if known.exposures is None else known.exposures[0]
+        place = not_none(known.lamp)
+        settings.known_lamp = next((lamp for lamp in photographs.lamps(settings)
+                                    if np.linalg.norm(_place(lamp) - place) < _NEAR), None) or _lamp(
+                                        scene, "the scale", light, place)
         settings.known_lamp.hide_render = settings.known_lamp.hide_viewport = True
-        if settings.scale == CARD:
-            settings.normal, settings.region = given["normal"], [int(each) for each in given["region"]]
+        if known.normal is not None and known.region is not None:
+            settings.normal, settings.region = known.normal, known.region.astype(int).tolist()
 
 
-def _one(table: Description, key: str) -> str:
-    """The only file of a key; empty where there is none."""
-    names = table.get(key, "")
-    if isinstance(names, list) and len(names) > 1:
-        raise DatasetError(f"{len(names)} files found, expected one: a scene holds several exposures of "
-                           f"photographs alone", names[0])
-    return names[0] if isinstance(names, list) else names
-
-
-def _three(value: float | Sequence[float]) -> tuple[float, ...]:
-    return tuple(value) if isinstance(value, Sequence) else (value,) * 3
+def _one(files: Sequence[Path] | None) -> str:
+    """The only file; empty where there is none."""
+    if files and len(files) > 1:
+        raise DatasetError(f"{len(files)} files found, expected one: a scene holds several exposures of photographs "
+                           f"alone", files[0])
+    return str(files[0].absolute()) if files else ""
 
 
 def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:

@@ -16,13 +16,14 @@ from ...fitter.colours import DEFAULT, conversion
 from ...fitter.formats import saved_samples
 from ...fitter.photographs import flat_maps, flat_setup, setup
 from ...fitter.photographs.ball_advice import advice, left_out
-from ...fitter.photographs.descriptions import (
+from ...fitter.photographs.capture_setup import (
     GUESS,
     PICTURES,
     SUFFIXES,
     Description,
     descriptions_in,
     in_order,
+    parse,
     pictures_in,
     read,
 )
@@ -94,10 +95,11 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int) 
         raise DatasetError("photographs of several sizes found: " + ", ".join(
             f"{width} x {height}" for height, width in sizes), Path(paths[0]).parent)
     groups = _groups(paths, [each.exposure for each in abouts], count)
-    return setup.Resolved(
+    return setup.Resolved(parse(
         {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(abouts[0])},
          "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": GUESS},
-         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, abouts[0].size)
+         "photograph": [{"files": group, "lamp": list(START)} for group in groups]},
+        Path(paths[0]).parent / "photographs"), abouts[0].size)
 
 
 def _groups(paths: Sequence[str], exposures: Sequence[float | None], count: int) -> list[list[str]]:
@@ -132,14 +134,14 @@ def _lens(said: About) -> dict[str, float]:
 
 def opened(path: str) -> setup.Resolved:
     """The description in a file, with absolute paths and all places in numbers."""
-    return setup.resolved(*read(path))
+    return setup.resolved(read(path))
 
 
 def outline(description: Description, name: str) -> list[float]:
     """Where the ball of a description is, by its outline in the photographs."""
     ball = {**description["ball"], "centre": "outline"}
-    centre: list[float] = setup.resolved({**description, "ball": ball}, name).description["ball"]["centre"]
-    return centre
+    found = setup.resolved(parse({**description, "ball": ball}, name)).setup.of_ball()
+    return np.asarray(found.centre).tolist()
 
 
 def lamp_by_chrome(description: Description, name: str, chrome: str, distance: float) -> list[float]:
@@ -149,8 +151,8 @@ def lamp_by_chrome(description: Description, name: str, chrome: str, distance: f
     shot = {"files": photograph["files"], "chrome": chrome, "distance": distance}
     if "exposures" in photograph:
         shot["exposures"] = photograph["exposures"]
-    lamp: list[float] = setup.resolved({**description, "photograph": [shot]}, name).description["photograph"][0]["lamp"]
-    return lamp
+    found, = setup.resolved(parse({**description, "photograph": [shot]}, name)).setup.photographs
+    return np.asarray(found.lamp).tolist()
 
 
 def measured(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> Result:
@@ -159,7 +161,7 @@ def measured(description: Description, name: str, path: str, arguments: Argument
     The file of the samples is not written; `path` is where it will be.
     """
     with progress.part(0.0, 0.4, "Measuring"):
-        samples, photographs, doubts = setup.measured(description, name)
+        samples, photographs, doubts = setup.measured(parse(description, name))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
         saved_samples.write(samples, part)
@@ -212,11 +214,11 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     """
     space = how["colours"]
     with progress.part(0.0, 0.1, "Reading"):
-        sample = flat_setup.flat(path, corners)
+        sample = flat_setup.flat(read(path), corners)
     photographs = [_in_colours(each, space) for each in sample.photographs]
     outcomes = []
     with progress.part(0.1, 0.3):
-        files = [] if chosen else sample.materials or []
+        files = () if chosen else sample.materials
         if files:       # before any is fitted
             check_materials([Fit.load(file) if saved_samples.is_another(file) else load(file, **how) for file in files],
                             photographs[0].radiance.shape[2])

@@ -9,10 +9,10 @@ from ..arrays import FloatArray
 from ..errors import DatasetError
 from .ball_finding import disc_of
 from .camera import places_of, rays_through
+from .capture_setup import BallSetup, Shot
 from .chrome import Highlight, lamp_of_highlight
 from .lamps import ChromeBall, Lamp
 from .pictures import Part, Pictures, mask_of
-from .table import Table
 
 _ROOM = 1.2                 # times the ball's radius, around its middle, where it is looked for
 
@@ -39,21 +39,22 @@ class View(NamedTuple):
         return places_of((points - self.position) @ self.turn, self.size, self.angle)
 
 
-def chrome_ball(chrome: Table, view: View) -> ChromeBall:
-    """Where the ball is by its table: by its centre, or by a mask, if nothing else is said as it lies in the sample's
-    plane."""
+def chrome_ball(chrome: BallSetup, view: View) -> ChromeBall:
+    """Where the ball is: by its centre, or by a mask, if nothing else is said as it lies in the sample's plane."""
     mask = mask_of(chrome, view.size)
     if mask is None:
-        return ChromeBall(chrome.numbers("centre", 3), chrome.needed("radius"))
+        if chrome.centre is None or isinstance(chrome.centre, str) or chrome.radius is None:
+            raise chrome.error("mask", "that, or centre (3 numbers) and radius")
+        return ChromeBall(chrome.centre, chrome.radius)
     rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     part = slice(max(rows[0] - 2, 0), rows[-1] + 3), slice(max(columns[0] - 2, 0), columns[-1] + 3)
-    outline = disc_of(mask[part], view.rays(part), chrome.files("mask")[0].name)
+    outline = disc_of(mask[part], view.rays(part), (chrome.mask or ())[0].name)
     lying = float(view.position[2] / (1 - outline.axis[2] / np.sin(outline.half_angle)))
-    radius = chrome.number("radius", lying) or lying
+    radius = chrome.radius or lying
     return ChromeBall(outline.centre(view.position, radius), radius)
 
 
-def lamps_shown(tables: Sequence[Table], ball: ChromeBall, pictures: Pictures, view: View,
+def lamps_shown(shots: Sequence[Shot], ball: ChromeBall, pictures: Pictures, view: View,
                 distance: float | None) -> list[Lamp | None]:
     """The lamps of photographs that show a ball, so far from the sample's middle or far away; None where there is no
     highlight."""
@@ -63,8 +64,8 @@ def lamps_shown(tables: Sequence[Table], ball: ChromeBall, pictures: Pictures, v
                    for each in view.places(ball.centre))
     part = row, column
     found: list[Lamp | None] = []
-    for table in tables:
-        light, name = pictures.of_lamp(table, "files", part), table.files("files")[0].name
+    for shot in shots:
+        light, name = pictures.of_lamp(shot, "files", part), shot.name
         try:
             shown = lamp_of_highlight(light.radiance, view.rays(part), view.position, ball.centre, ball.radius, name)
         except DatasetError:

@@ -29,6 +29,7 @@ from ..model.microfacet import Microfacet
 from ..samples import RGB, Samples
 from .ball import STEEPEST, about
 from .binning import binned
+from .capture_setup import MOST_MATERIALS
 from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
 from .flat_photograph import Observed
 from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
@@ -39,7 +40,6 @@ _F0, _GAMMA = 0.08, 2.0     # of the lobes
 _FEWEST = 4                 # photographs of a texel that has as many strengths
 _LEAST_TEXELS = 30
 _OF_LOBES = 0.03            # of a value, by which mixes of lobes are wrong
-MOST_MATERIALS = 4          # every choice of them is tried at each texel
 NONE, DULL = 0, -1          # of the materials that a sample is a mix of: each texel is its own, with or without a lobe
 _WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range(1, MOST_MATERIALS + 1)},
          NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}

@@ -2,6 +2,7 @@
 
 
 import contextlib
+import tomllib
 from types import SimpleNamespace
 
 import bpy
@@ -120,7 +121,7 @@ def test_a_description_becomes_a_scene_that_shows_what_was_photographed(opened, 
 
 def test_the_scene_is_described_as_the_file_is(opened, written, made):
     """In the single precision that Blender's objects have; the ball's centre is that of the outline."""
-    told, described = setup.read(written).description, made.description_of(bpy.context.scene)
+    told, described = tomllib.loads(written.read_text("utf-8")), made.description_of(bpy.context.scene)
     place = made.description_of(bpy.context.scene)["ball"].pop("centre")
     told["ball"]["centre"] = place
     for each in told["photograph"]:
