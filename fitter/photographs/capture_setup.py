@@ -215,7 +215,7 @@ class Shot(Lit):
     """A photograph under one lamp: exposures of it."""
 
     files: Annotated[tuple[Path, ...], Key(_FILES)]
-    chrome: Annotated[tuple[Path, ...] | None, Key(_FILES, "ball")] = None
+    chrome: Annotated[tuple[Path, ...] | None, Key(_FILES)] = None
     """The picture of a chrome ball under the same lamp, in the place of `lamp` or `direction`."""
     distance: Annotated[float | None, Key(_POSITIVE)] = None
     """Of a lamp from the middle of what is measured."""
@@ -353,7 +353,7 @@ class CaptureSetup(Section):
     ball: Annotated[BallSetup | None, Key(BallSetup, "ball")] = None
     sample: Annotated[SampleSetup | None, Key(SampleSetup, "sample")] = None
     chrome: Annotated[BallSetup | None, Key(BallSetup)] = None
-    """A chrome ball, in pictures of its own, or in the photographs of a flat sample."""
+    """A chrome ball, in pictures of its own, or in the photographs of a flat sample themselves."""
     lamp: Annotated[LampSetup, Key(LampSetup)] = field(default_factory=LampSetup)
     scale: Annotated[ScaleSetup, Key(ScaleSetup)] = field(default_factory=ScaleSetup)
     photographs: Annotated[tuple[Shot, ...], Key(Shot, name="photograph")] = ()
@@ -397,8 +397,7 @@ class CaptureSetup(Section):
         for each in self.photographs:
             given = [key for key in ("lamp", "direction", "chrome") if getattr(each, key) is not None]
             if len(given) > 1 or (not given and not (self.is_by_light_positions or (self.sample and self.chrome))):
-                lines.append(each._complaint("lamp", each.lamp, "a position, or instead of it a direction" +
-                                             ", or chrome" * (self.sample is None)))
+                lines.append(each._complaint("lamp", each.lamp, "a position, or instead of it a direction, or chrome"))
         if self.ball is not None:
             lines += self._wrong_with_ball(self.ball)
         return lines

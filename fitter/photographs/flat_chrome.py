@@ -1,4 +1,4 @@
-"""A chrome ball in the photographs of a flat sample, whose highlights say where the lamps are."""
+"""A chrome ball beside a flat sample, in its photographs or others, whose highlights say where the lamps are."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from .ball_finding import disc_of
+from .ball_finding import brightest, disc_of, find_ball
 from .camera import places_of, rays_through
 from .capture_setup import BallSetup, Shot
 from .chrome import Highlight, lamp_of_highlight
@@ -39,16 +39,21 @@ class View(NamedTuple):
         return places_of((points - self.position) @ self.turn, self.size, self.angle)
 
 
-def chrome_ball(chrome: BallSetup, view: View) -> ChromeBall:
-    """Where the ball is: by its centre, or by a mask, if nothing else is said as it lies in the sample's plane."""
+def chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictures, view: View) -> ChromeBall:
+    """Where the ball is: by its centre; by a mask; or by its outline in pictures of its own. If nothing else is said it
+    lies in the sample's plane."""
     mask = mask_of(chrome, view.size)
-    if mask is None:
-        if chrome.centre is None or isinstance(chrome.centre, str) or chrome.radius is None:
-            raise chrome.error("mask", "that, or centre (3 numbers) and radius")
+    if mask is not None:
+        rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+        part = slice(max(rows[0] - 2, 0), rows[-1] + 3), slice(max(columns[0] - 2, 0), columns[-1] + 3)
+        outline = disc_of(mask[part], view.rays(part), (chrome.mask or ())[0].name)
+    elif chrome.centre is not None and not isinstance(chrome.centre, str) and chrome.radius is not None:
         return ChromeBall(chrome.centre, chrome.radius)
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-    part = slice(max(rows[0] - 2, 0), rows[-1] + 3), slice(max(columns[0] - 2, 0), columns[-1] + 3)
-    outline = disc_of(mask[part], view.rays(part), (chrome.mask or ())[0].name)
+    elif all(each.chrome for each in shots):
+        outline = find_ball(brightest([pictures.of_lamp(each, "chrome").radiance for each in shots]),
+                            view.rays((slice(None), slice(None))), f"{chrome.path}: chrome")
+    else:
+        raise chrome.error("mask", "that, or centre (3 numbers) and radius")
     lying = float(view.position[2] / (1 - outline.axis[2] / np.sin(outline.half_angle)))
     radius = chrome.radius or lying
     return ChromeBall(outline.centre(view.position, radius), radius)
@@ -65,7 +70,8 @@ def lamps_shown(shots: Sequence[Shot], ball: ChromeBall, pictures: Pictures, vie
     part = row, column
     found: list[Lamp | None] = []
     for shot in shots:
-        light, name = pictures.of_lamp(shot, "files", part), shot.name
+        key, distance = "chrome" if shot.chrome else "files", shot.distance or distance
+        light, name = pictures.of_lamp(shot, key, part), getattr(shot, key)[0].name
         try:
             shown = lamp_of_highlight(light.radiance, view.rays(part), view.position, ball.centre, ball.radius, name)
         except DatasetError:

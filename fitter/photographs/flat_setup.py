@@ -17,7 +17,7 @@ from ..least_squares import damped_step, levenberg_marquardt
 from . import lamp_scale, viewpoint
 from .ball import saturated
 from .camera import pixel_angle, rays_through
-from .capture_setup import MOST_TEXELS, CameraSetup, CaptureSetup, SampleSetup, ScaleSetup
+from .capture_setup import MOST_TEXELS, BallSetup, CameraSetup, CaptureSetup, SampleSetup, ScaleSetup, Shot
 from .flat import frame_of, pixels_of, points_of, texel_corners
 from .flat_chrome import View, chrome_ball, lamps_shown
 from .flat_judging import lamp_brightness
@@ -28,7 +28,7 @@ from .light import Light, same_pictures
 from .picture_files import about
 from .pictures import Part, Pictures, mask_of
 from .scale import GUESSED
-from .setup import lights_of, size_of
+from .setup import Resolved, lights_of, size_of
 
 _DEFAULT_TEXELS = 1024      # along the width
 _OFF = 3.0                  # pixels that a corner may be off: an edge is found within one by hand
@@ -67,6 +67,28 @@ class _Pose(NamedTuple):
     off: FloatArray
     """By how much the corners' rays miss them: (4, 3), radians."""
 
+    def pixels_off(self, view: View) -> float:
+        """The same of the worst, pixels."""
+        return float(np.linalg.norm(self.off, axis=1).max() / (2 * np.tan(view.angle / 2) / view.size[1]))
+
+
+class _Scene(NamedTuple):
+    """A sample and a camera, before what the pictures show is read."""
+
+    pictures: Pictures
+    sample: SampleSetup
+    places: FloatArray
+    """The corners in the pictures: (4, 2)."""
+    whole: FloatArray
+    """And where they are: (4, 3)."""
+    pose: _Pose
+    view: View
+
+    @property
+    def length(self) -> float:
+        """The sample's diagonal."""
+        return float(np.hypot(self.sample.width, self.sample.height))
+
 
 def flat(setup: CaptureSetup, corners: FloatArray | None = None) -> Flat:
     """The photographs of a flat sample that a description shows.
@@ -74,8 +96,7 @@ def flat(setup: CaptureSetup, corners: FloatArray | None = None) -> Flat:
     Parameters
     ----------
     corners : (4, 2) float64, optional
-        Where the sample's are, in any order, in place of those of the description: from the middle of the picture to
-        the right and upward, as shares of its longer side. What is lowest there is the sample's lower edge.
+        Where the sample's are in place of those of the description, as `corners_in_order` takes them.
 
     Raises
     ------
@@ -84,38 +105,20 @@ def flat(setup: CaptureSetup, corners: FloatArray | None = None) -> Flat:
     ImportError
         If OpenImageIO is absent.
     """
-    sample, pictures = setup.of_sample(), Pictures(setup.camera, setup.lamp)
-    size = size_of(setup)
-    if corners is not None:
-        sample = replace(sample, corners=_in_order(corners, size))
-    mask, places = mask_of(sample, size), _places(sample, size)
-    x, y = sample.width / 2, sample.height / 2
-    whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
-    shape = _shape(setup, places, y / x)
-    angle = viewpoint.field_of_view(setup.camera, (about(each.files[0]) for each in setup.photographs))
-    pose = _pose(setup.camera, rays_through(places, size, angle), whole, angle / size[1])
-    view = View(pose.position, pose.turn, size, angle)
-    off = float(np.linalg.norm(pose.off, axis=1).max() / (2 * np.tan(angle / 2) / size[1]))
-    if off > _OFF:
-        raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
-                                      f"{_OFF:g} pixels: one is {off:.1f} off")
-    window = _Window.enclosing(view, whole, places, shape, mask)
+    pictures, sample, places, whole, pose, view = scene = _scene(setup, corners)
+    shape = _shape(setup, places, sample.height / sample.width)
+    window = _Window.enclosing(view, whole, places, shape, mask_of(sample, view.size))
     lights, notes = lights_of(setup, pictures, window.part, window.reduced), setup.notes
-    found = _lamps(setup, pictures, view)
-    if missing := [each.name for each, one in zip(setup.photographs, found, strict=True) if one is None]:
-        notes += f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}",
-    lamps = [each for each in found if each is not None]
-    shots = [each for each, one in zip(setup.photographs, found, strict=True) if one is not None]
-    lights = [each for each, one in zip(lights, found, strict=True) if one is not None]
-    if not lamps:
-        raise setup.error("chrome", "a ball that shows the lamp in some photograph")
-    are_far, length = alike(lamps, setup.path), 2 * float(np.hypot(x, y))
-    scale, what = _scale(setup.scale, view, length)
+    lamps, shots, note = _shown(setup, pictures, view)
+    notes += note
+    lights = [light for light, shot in zip(lights, setup.photographs, strict=True) if shot in shots]
+    are_far = alike(lamps, setup.path)
+    scale, what = _scale(setup.scale, view, scene.length)
     intensity, note = lamp_scale.intensity_of(scale, pictures, lights[0].radiance.shape[2], what, are_far)
     toward = window.toward
     if window.corners is None:
-        lights = _without_rim(lights, toward, pose, np.array([x, y]))
-    photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), length), intensity,
+        lights = _without_rim(lights, toward, pose, np.array([sample.width, sample.height]) / 2)
+    photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), scene.length), intensity,
                                   light.noise, light.known, shot.name)
                    for light, each, shot in zip(lights, lamps, shots, strict=True)]
     frame = frame_of(whole, photographs)    # lamps are not behind it
@@ -129,10 +132,55 @@ def flat(setup: CaptureSetup, corners: FloatArray | None = None) -> Flat:
         photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
         note = GUESSED.format(f"{scale.albedo:g}"), *note
     where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
-        *pose.position, off)
+        *pose.position, scene.pose.pixels_off(view))
     files, number = (setup.materials, None) if isinstance(setup.materials, tuple) else ((), setup.materials)
     return Flat(setup.title, photographs, whole, shape, files, number, (*pictures.notes, *notes, where, *note),
                 same_pictures([light.radiance for light in lights], [each.name for each in photographs]), scale.albedo)
+
+
+def resolved(setup: CaptureSetup) -> Resolved:
+    """A description with numbers in the place of what its pictures say, as `flat` finds them: the camera's place, what
+    it looks at, its field of view, and the lamps. Raises as `flat` does."""
+    scene = _scene(setup)
+    pose, view = scene.pose, scene.view
+    lamps, shots, _ = _shown(setup, scene.pictures, view)
+    scale, what = _scale(setup.scale, view, scene.length)
+    return Resolved(replace(
+        setup, name=setup.title, chrome=None, notes=(), camera=replace(
+            setup.camera, position=pose.position, look_at=pose.position - pose.turn[:, 2], up=pose.turn[:, 1],
+            field_of_view=float(np.degrees(view.angle))),
+        lamp=replace(setup.lamp, positions=None, distance=None, ball=None),
+        scale=lamp_scale.resolved(scale, what, alike(lamps, setup.path)),
+        photographs=tuple(replace(shot, lamp=lamp.at(np.zeros(3), scene.length), direction=None, chrome=None,
+                                  distance=None) for shot, lamp in zip(shots, lamps, strict=True))), view.size,
+        setup.camera.is_far)
+
+
+def _scene(setup: CaptureSetup, corners: FloatArray | None = None) -> _Scene:
+    sample, size = setup.of_sample(), size_of(setup)
+    if corners is not None:
+        sample = replace(sample, corners=corners_in_order(corners, size))
+    places = places_of(sample, size)
+    x, y = sample.width / 2, sample.height / 2
+    whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    angle = viewpoint.field_of_view(setup.camera, (about(each.files[0]) for each in setup.photographs))
+    pose = _pose(setup.camera, rays_through(places, size, angle), whole, angle / size[1])
+    view = View(pose.position, pose.turn, size, angle)
+    if (off := pose.pixels_off(view)) > _OFF:
+        raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
+                                      f"{_OFF:g} pixels: one is {off:.1f} off")
+    return _Scene(Pictures(setup.camera, setup.lamp), sample, places, whole, pose, view)
+
+
+def _shown(setup: CaptureSetup, pictures: Pictures, view: View) -> tuple[list[Lamp], list[Shot], tuple[str, ...]]:
+    """The lamps, photographs but those whose chrome ball shows none, and notes."""
+    found = _lamps(setup, pictures, view)
+    lamps = [each for each in found if each is not None]
+    if not lamps:
+        raise setup.error("chrome", "a ball that shows the lamp in some photograph")
+    missing = [each.name for each, one in zip(setup.photographs, found, strict=True) if one is None]
+    return (lamps, [each for each, one in zip(setup.photographs, found, strict=True) if one is not None],
+            (f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}",) if missing else ())
 
 
 def _brightness(setup: CaptureSetup, photographs: list[FlatPhotograph], corners: FloatArray,
@@ -151,14 +199,19 @@ def _brightness(setup: CaptureSetup, photographs: list[FlatPhotograph], corners:
 def _lamps(setup: CaptureSetup, pictures: Pictures, view: View) -> list[Lamp | None]:
     """The lamps of photographs, or where these do not say them by a chrome ball in them; None where that shows none."""
     shots = setup.photographs
-    if setup.chrome is not None and all(each.lamp is None and each.direction is None for each in shots):
-        return lamps_shown(shots, chrome_ball(setup.chrome, view), pictures, view, setup.lamp.distance)
-    return [placed_lamp(each, np.zeros(3), view.turn if setup.is_by_light_positions else None, setup.lamp.ball)
-            for each in shots]
+    if all(each.lamp is None and each.direction is None for each in shots):
+        ball = chrome_ball(setup.chrome or BallSetup(where="chrome", path=setup.path), shots, pictures, view)
+        return lamps_shown(shots, ball, pictures, view, setup.lamp.distance)
+    turn = view.turn if setup.is_by_light_positions else None
+    return [placed_lamp(each, np.zeros(3), turn, setup.lamp.ball) for each in shots]
 
 
-def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
-    """Corners in the order of a description, (4, 2), in pixels: `flat` says what they are."""
+def corners_in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """Corners in the order of a description, (4, 2), in pixels of a picture of this height and width.
+
+    They are given in any order, from the middle of the picture to the right and upward, as shares of its longer side.
+    What is lowest there is the sample's lower edge.
+    """
     off = corners - corners.mean(axis=0)
     around = corners[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
     # the edges from the first to the second and from the fourth to the third run to the right
@@ -167,7 +220,7 @@ def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
     return np.asarray(np.array(size[::-1]) / 2 + max(size) * best * (1, -1))
 
 
-def _places(sample: SampleSetup, size: tuple[int, int]) -> FloatArray:
+def places_of(sample: SampleSetup, size: tuple[int, int]) -> FloatArray:
     """The corners in the pictures, (4, 2), which run counter-clockwise there."""
     places = sample.corners
     if places is None:

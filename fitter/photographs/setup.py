@@ -41,6 +41,8 @@ class Resolved(NamedTuple):
     setup: CaptureSetup
     size: tuple[int, int]
     """Height and width of the photographs, pixels."""
+    is_far: bool = False
+    """Whether nobody knows how far the camera was."""
 
 
 class _Stage(NamedTuple):
@@ -108,7 +110,8 @@ def resolved(setup: CaptureSetup) -> Resolved:
         lamp=replace(setup.lamp, positions=None, distance=None),
         scale=lamp_scale.resolved(setup.scale, stage.ball, are_far),
         photographs=tuple(replace(shot, lamp=lamp, direction=None, chrome=None, distance=None)
-                          for shot, lamp in zip(setup.photographs, lamps, strict=True))), view.rays.shape[:2])
+                          for shot, lamp in zip(setup.photographs, lamps, strict=True))), view.rays.shape[:2],
+        setup.camera.is_far)
 
 
 def size_of(setup: CaptureSetup) -> tuple[int, int]:

@@ -408,7 +408,7 @@ def no_folder(settings, folder):
     (behind, "lamp1.exr: the lamp is behind the camera, whose shadow falls on the ball"),
     (moved_camera, "the ball's outline is not where it is said to be"),
     (deleted, "The lamp of lamp2 has been deleted"), (no_folder, "Save As: .*not there: not a folder"),
-    (lambda settings, folder: setattr(settings, "matrix", "[[1, 0], 2]"), "camera.matrix is .*expected three rows"),
+    (lambda settings, folder: setattr(settings, "matrix", "[[1, 0], 2]"), "Camera Matrix is .*expected three rows"),
     (lambda settings, folder: setattr(settings, "known", ""), "Scale: choose the photograph of the card"),
     (lambda settings, folder: [setattr(each, "used", False) for each in settings.photographs],
      "No photograph of this scene is used")],
@@ -485,7 +485,7 @@ def once(monkeypatch):
             return known[key]
         return remembered
 
-    for name in ("opened", "outline", "measured"):
+    for name in ("found", "outline", "measured"):
         monkeypatch.setattr(work, name, remembering(getattr(work, name)))
 
 
@@ -590,5 +590,5 @@ def test_without_photographs_there_is_no_panel(blender):
     from measured_brdf.addon.photographs import panel
 
     assert not panel.MEASUREDBRDF_PT_photographs.poll(bpy.context)
-    with pytest.raises(RuntimeError, match="This scene has no photographs of a ball"):
+    with pytest.raises(RuntimeError, match="This scene has no photographs to measure"):
         bpy.ops.measured_brdf.measure_ball()
