@@ -182,7 +182,7 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     return replace(samples, **chosen)
 
 
-def above(samples: Samples) -> Samples:
+def surface_samples(samples: Samples) -> Samples:
     """What the surface reflects of samples, without what comes from below it."""
     if samples.subsurface is None:
         return samples

@@ -140,17 +140,15 @@ LEAST_WEIGHT = 2e-4
 CONE_EXPONENT = 2.4
 # Share of the sampled directions that are taken about a lamp of no size.
 LEAST_LAMP_SHARE = 0.3
-# The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there.
+# The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there. Every sample has a
+# direction then: at the lamp's edge the density is a third of that in its middle, and what a direction takes away is
+# bounded by it.
 LARGE_LAMP_RADIUS = 0.06
 LARGE_LAMP_SHARE = 0.7
-# With such a lamp, directions are sampled at least with this probability.
-LARGE_LAMP_PROBABILITY = 0.5
 # Share of the albedo that the weights of sampled directions are at least in the mean.
 LEAST_FOLLOWED = 0.03
 # Share of what is shown toward a lamp that a sampled direction takes away at most.
 MOST_CORRECTED = 0.65
-# Times what is shown that one sample takes away at most of a channel.
-MOST_AT_ONCE = 8.0
 # Share of what is shown toward a lamp below which a sampled direction does not correct it.
 NEGLIGIBLE = 0.04
 

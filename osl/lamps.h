@@ -90,15 +90,17 @@ int sample_lamp(LampList lamps, point seed)
 }
 
 /* How much of a lamp that is not small is above the horizon, where a direction meets it or the reach of its lobe; else
- * 0. */
-float lamp_above(LampList lamps, vector w)
+ * 0. Also the solid angle of its disk. */
+float lamp_above(LampList lamps, vector w, output float solid_angle)
 {
   float above = 0.0;
+  solid_angle = M_2PI;
   for (int i = 0; i < lamps.count; i++) {
     float radius = lamps.radius[i];
     if (radius >= SMALL_LAMP_RADIUS &&
         dot(w, lamps.direction[i]) > cos(LOBE_REACH * max(lobe_radius(radius), radius))) {
       above = max(above, clamp(0.5 + 0.5 * lamps.direction[i][2] / sin(radius), 0.0, 1.0));
+      solid_angle = min(solid_angle, M_2PI * (1.0 - cos(radius)));
     }
   }
   return above;

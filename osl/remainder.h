@@ -12,7 +12,7 @@ RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
   RemainderPlan plan;
   float largest = largest_radius(lamps);
   float size = min(largest / LARGE_LAMP_RADIUS, 1.0);
-  plan.probability = max(mixture.probability, size * LARGE_LAMP_PROBABILITY);
+  plan.probability = max(mixture.probability, size);
   plan.toward_lamp = largest > 0.0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
   plan.sampled = random(seed, RANDOM_REMAINDER) < plan.probability;
   return plan;
@@ -41,9 +41,9 @@ float sum_of(color c)
 /* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes.
  *
  * Toward a known lamp it corrects what the mixture and the lobe show, where that matters. It takes away no more than a
- * share of that, and is followed as often as the correction is large, so that a sample never takes much more than others
- * show. Elsewhere it takes nothing away, as a direction that meets a light by chance would leave a black pixel: what
- * the mixture has above the fit is given less of what is left instead. */
+ * share of that, and is followed as often as the correction is large in the channel that loses most, so that no sample
+ * takes away more than others show of the whole lamp. Elsewhere it takes nothing away, as a direction that meets a light
+ * by chance would leave a black pixel: what the mixture has above the fit is given less of what is left instead. */
 closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
                                 RemainderPlan plan, ShadingFrame frame, color tint)
 {
@@ -51,27 +51,30 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   vector wi = all.direction[last];
   color lobed = eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
   color value = all.left[last] - lobed;
-  float corrected = 0.0;
-  float above = lamp_above(lamps, wi);
-  if (above > 0.0) {
-    color shown = all.mixed[last] + lobed;
-    value = max(value, -MOST_CORRECTED * above * shown);
-    corrected = min(sum_of(fabs(value)) / max(sum_of(shown), LEAST_WEIGHT), 1.0);
-    /* a channel of which little is shown is not what says how often it is followed */
-    value = max(value, -MOST_AT_ONCE * corrected * shown);
-    if (corrected < NEGLIGIBLE) {
-      value = 0.0;
-    }
-  }
-  else {
-    value = mixture.balance * max(all.left[last], 0.0) - lobed;
-  }
   float density = (1.0 - plan.toward_lamp) * all.density;
   if (plan.toward_lamp > 0.0) {
     density += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
+  density *= plan.probability;
+  float corrected = 0.0;
+  float solid_angle;
+  float above = lamp_above(lamps, wi, solid_angle);
+  if (above > 0.0) {
+    color shown = all.mixed[last] + lobed;
+    value = max(value, -MOST_CORRECTED * above * shown);
+    if (sum_of(fabs(value)) < NEGLIGIBLE * sum_of(shown)) {
+      value = 0.0;
+    }
+    /* what other samples show of the whole lamp, in the mean */
+    color whole = shown * (solid_angle * density);
+    corrected = min(max(largest(-value / whole), sum_of(fabs(value)) / max(sum_of(whole), LEAST_WEIGHT)), 1.0);
+    value = max(value, -corrected * whole);
+  }
+  else {
+    value = mixture.balance * max(all.left[last], 0.0) - lobed;
+  }
   vector half = normalize(mixture.wo + wi);
-  color carried = value / (plan.probability * density);
+  color carried = value / density;
   /* in the mean the weights of all closures are the albedo of the fit, which is the denoiser's */
   color spent = 0.0;
   for (int k = 0; k < LOBES; k++) {
@@ -80,7 +83,7 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   color usual = max(mixture.albedo - spent, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
   /* what carries more is followed more often */
   float size = sum_of(fabs(carried)) * plan.probability / max(sum_of(mixture.left), LEAST_WEIGHT);
-  color weight = max(size * usual, mixture.albedo * (corrected / plan.probability));
+  color weight = max(size * usual, mixture.albedo * corrected);
   weight = max(weight, color(max(LEAST_COLOUR * largest(weight), LEAST_WEIGHT)));
   color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];

@@ -14,7 +14,7 @@ from ...fitter.quality import verdict
 from ..core.annotations import not_none
 from ..core.shading import material as materials
 from ..core.shading import rendered
-from ..core.storage.outcomes import Kept, KeptMix, Shown, Wanted
+from ..core.storage.outcomes import EmbeddedFit, FitRequest, KeptMix, Shown
 from ..core.storage.properties import fit_arguments, is_as_fitted
 from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, has_data, is_narrow, picture_scale
 from ..work import icons, queries, queue
@@ -73,10 +73,10 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     if data is None and not is_kept:
         return
     about = is_kept, material.session_uid       # neither's picture stands for the other's
-    shown: Shown = cast(Shown, kept) if is_kept or data is None else Wanted(data, fit_arguments(settings))
-    anisotropic = (shown.data.description.rotations is not None if isinstance(shown, Wanted) else
+    shown: Shown = cast(Shown, kept) if is_kept or data is None else FitRequest(data, fit_arguments(settings))
+    anisotropic = (shown.data.description.rotations is not None if isinstance(shown, FitRequest) else
                    materials.tangent_input(material) is not None)
-    reaches = () if isinstance(shown, Wanted) else queries.reaches(material)
+    reaches = () if isinstance(shown, FitRequest) else queries.reaches(material)
     second = None if other is None else _embedded_fit(other)
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True, align=True)
@@ -92,7 +92,7 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
         at = round(chosen.divide, 2)
         column, _ = draw("Lit sphere", *_split_sphere(shown, second, at))
         draw_line(column, chosen)
-    elif isinstance(shown, Wanted):
+    elif isinstance(shown, FitRequest):
         draw("Lit sphere", *queries.lit_sphere(about, shown))
     else:
         draw("Lit sphere", *queries.material_sphere(material))
@@ -173,8 +173,8 @@ def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, 
             "Highlight Error": error}
 
 
-def _embedded_fit(material: bpy.types.Material) -> Kept | KeptMix:
-    return cast(Kept | KeptMix, queries.shown_fits(material))
+def _embedded_fit(material: bpy.types.Material) -> EmbeddedFit | KeptMix:
+    return cast(EmbeddedFit | KeptMix, queries.shown_fits(material))
 
 
 def _worst(errors: list[float], limits: tuple[float, ...]) -> str:

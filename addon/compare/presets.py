@@ -7,7 +7,7 @@ import bpy
 from ...fitter import PRESETS, Fit
 from ...fitter.model import Reflectance
 from ..core.annotations import Arguments, not_none
-from ..core.storage.outcomes import Data, Wanted
+from ..core.storage.outcomes import Data, FitRequest
 from ..core.storage.properties import OFFERED, ORIGINAL, PRESET_ITEMS, name_of_fit
 from ..panel import costs
 from ..panel.layout import MaterialPanel, draw_picture, is_narrow, picture_button, picture_scale, wrapped
@@ -21,7 +21,7 @@ _LABELS = {key: label for key, label, _ in PRESET_ITEMS}
 _ABREAST = 3 * (max(map(len, _LABELS.values())) + 2)      # characters that three spheres with their names need
 
 
-class _Shown(NamedTuple):
+class _PresetRow(NamedTuple):
     """What is shown of a preset: picture, its job, numbers as text, and whether the material has this fit."""
 
     icon: int
@@ -59,24 +59,24 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
             layout.label(text=line)
 
 
-def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _Shown:
+def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _PresetRow:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
-        return _Shown(0, kept, costs.UNKNOWN, False)
+        return _PresetRow(0, kept, costs.UNKNOWN, False)
     arguments: Arguments = {**PRESETS[name]}
     settings = material.measured_brdf
     is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
     if is_chosen and kept is not None and isinstance(kept.result, Fit) and kept.result.edit is None:
         icon, job = queries.material_sphere(material)
         numbers = costs.texts(settings.coefficients, settings.bytes, settings.rmse)
-        return _Shown(icon, job, (*numbers, costs.held_out(queries.held_out(data, arguments))), True)
+        return _PresetRow(icon, job, (*numbers, costs.held_out(queries.held_out(data, arguments))), True)
     fitting, held = queries.cost(data, arguments)
-    wanted = Wanted(data, arguments)
+    wanted = FitRequest(data, arguments)
     icon, job = queries.lit_sphere(wanted.digest, wanted)
-    return _Shown(icon, job, costs.numbers(fitting, held), is_chosen)
+    return _PresetRow(icon, job, costs.numbers(fitting, held), is_chosen)
 
 
-def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
+def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _PresetRow, scale: float, can_choose: bool) -> None:
     column = layout.column(align=True)
     column.enabled = name != ORIGINAL or shown.numbers != costs.UNKNOWN     # its error is known before it can be chosen
     icon: Literal["CHECKMARK", "NONE"] = "CHECKMARK" if shown.is_chosen else "NONE"

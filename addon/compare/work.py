@@ -7,7 +7,7 @@ import numpy as np
 from ...fitter import progress
 from ...fitter.arrays import FloatArray
 from ...fitter.quality import physics
-from ..core.storage.outcomes import Kept, KeptMix
+from ..core.storage.outcomes import EmbeddedFit, KeptMix
 from ..work.tasks import fit_of, kept_fit
 
 
@@ -19,7 +19,7 @@ class Figures(NamedTuple):
     albedo: FloatArray
 
 
-def figures(shown: Kept | KeptMix) -> Figures:
+def figures(shown: EmbeddedFit | KeptMix) -> Figures:
     """The numbers of the fit in a material's shader, or of those of a mix. Raises ValueError if one has none."""
     progress.report(0.0, "Albedo")
     albedo = np.broadcast_to(physics.directional_albedo(fit_of(shown), [0.0])[0], 3)
@@ -27,5 +27,5 @@ def figures(shown: Kept | KeptMix) -> Figures:
     return Figures(sum(fit.coefficient_count for fit in fits), sum(fit.nbytes for fit in fits), np.array(albedo))
 
 
-def _parts(shown: Kept | KeptMix) -> list[Kept]:
+def _parts(shown: EmbeddedFit | KeptMix) -> list[EmbeddedFit]:
     return [*_parts(shown.first), *_parts(shown.second)] if isinstance(shown, KeptMix) else [shown]

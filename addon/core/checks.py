@@ -66,7 +66,7 @@ def _osl(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator
     if not chosen:
         return
     message = f"Exact was chosen for {_called(chosen)}; because {why}, nodes are shown instead"
-    if osl_support.missing() or rendered.in_eevee(scene):
+    if osl_support.reason_unavailable() or rendered.in_eevee(scene):
         yield Finding("osl", message, "Choose Automatic for them",
                       lambda: [materials.use_rendering(item, AUTOMATIC) for item in chosen if item.is_editable])
     elif device.effective_device(scene) not in device.WITH_OSL:

@@ -25,7 +25,7 @@ _KEYS = {"LEFT_ARROW": (_STEP, 0.0), "RIGHT_ARROW": (-_STEP, 0.0), "UP_ARROW": (
          "DOWN_ARROW": (0.0, -_STEP)}
 
 
-class Shown(NamedTuple):
+class InspectedSurface(NamedTuple):
     """A fit or a mix, its name, the space of its colours, how far its measurements go, as far as that is known, and
     what else is said of it."""
 
@@ -77,14 +77,14 @@ class Inspection:
         self.theta_i, self.phi_i = limited(theta_i), phi_i
         self.radius: Radius = "cube root"
         self.with_plot = True
-        self.shown: Shown | None = None
+        self.shown: InspectedSurface | None = None
         self.lobe: Lobe | None = None
         self.curve: tuple[FloatArray, FloatArray] | None = None
         self.samples: Measurements | None = None
         self.drag: Literal["", "LOBE", "PLOT"] = ""
         self.mouse: FloatArray | None = None
 
-    def show(self, shown: Shown | None) -> bool:
+    def show(self, shown: InspectedSurface | None) -> bool:
         """Show a fit: whether it is another one than before."""
         if shown == self.shown:
             return False

@@ -22,7 +22,7 @@ from ..core.shading import mixing
 from ..work import queries
 from ..work.job import Job
 from . import overlay
-from .inspection import Inspection, Measurements, Shown
+from .inspection import InspectedSurface, Inspection, Measurements
 from .plot import Plot, Rectangle, free_part, placed
 from .view import View
 
@@ -175,14 +175,15 @@ def stop() -> None:
         running.end()
 
 
-def _displayed_fit(material: bpy.types.Material, job: Job[Reflectance] | None, masked: float | None) -> Shown | None:
+def _displayed_fit(material: bpy.types.Material, job: Job[Reflectance] | None,
+                   masked: float | None) -> InspectedSurface | None:
     if job is None or job.result is None:
         return None
     space, node = not_none(queries.shown_fits(material)).colours, materials.mix_node(material)
     note = ""
     if isinstance(job.result, Mix) and mixing.mixes.parts(not_none(node))[2] is None:
         note = "mask: half of each" if masked is None else f"mask here: {masked:.0%}"
-    return Shown(job.result, material.name, space, queries.reaches(material), note)
+    return InspectedSurface(job.result, material.name, space, queries.reaches(material), note)
 
 
 def _same(one: Measurements | None, other: Measurements | None) -> bool:

@@ -167,6 +167,6 @@ def _render(options: argparse.Namespace) -> int:
 
 def _sources(options: argparse.Namespace) -> tuple[list[Source], list[Failure]]:
     """The measurements that are given, after notes of what these do not hold and this Blender has not."""
-    for line in filter(None, (osl_support.missing(), *passed_over(options.paths, options.columns))):
+    for line in filter(None, (osl_support.reason_unavailable(), *passed_over(options.paths, options.columns))):
         cli.say(f"note: {line}", file=sys.stderr)
     return sources_in(options.paths, options.columns)

@@ -224,7 +224,7 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
     script.name = script.label = _SCRIPT
     source.location, script.location, output.location = (-900, 0), (-600, 250), (900, 0)
     script.mode = "INTERNAL"
-    if not osl_support.missing():               # else it stays empty
+    if not osl_support.reason_unavailable():               # else it stays empty
         node_group.compile_node(script, mix_source())
     share, rest = tree.nodes.new("ShaderNodeClamp"), _math(tree, "SUBTRACT", -600, -20)
     share.location, rest.inputs[0].default_value = (-600, -300), 1

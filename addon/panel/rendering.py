@@ -28,7 +28,7 @@ class MEASUREDBRDF_OT_enable_osl(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        reason = osl_support.missing()
+        reason = osl_support.reason_unavailable()
         if reason:
             self.report({"ERROR"}, reason)
             return {"CANCELLED"}

@@ -8,7 +8,7 @@ import bpy
 from ..core.annotations import not_none
 from ..core.blender.transaction import by_session_uid
 from ..core.shading import compiler, material
-from ..core.storage.outcomes import Kept
+from ..core.storage.outcomes import EmbeddedFit
 from ..work import process, queries, tasks
 from ..work.modal import InBackground, Steps
 
@@ -25,7 +25,7 @@ The fits do not change, and the measurements are not needed"""
         outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
         if not outdated:
             raise ValueError("All measured materials of this file are up to date")
-        fits: dict[int, tuple[Kept, list[int]]] = {}
+        fits: dict[int, tuple[EmbeddedFit, list[int]]] = {}
         for item in outdated:           # copies of a material, and materials of one fit, share a shader
             tree = not_none(material.group_node(item)).node_tree
             if tree.session_uid not in fits:

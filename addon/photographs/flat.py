@@ -14,7 +14,7 @@ from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.transaction import by_session_uid
 from ..core.shading import compiler, material, mixing
-from ..core.storage.outcomes import Kept
+from ..core.storage.outcomes import EmbeddedFit
 from ..core.storage.properties import default_choices, fit_arguments, use_preset
 from ..core.storage.reading import load_arguments
 from ..work import process, queries
@@ -38,9 +38,9 @@ def _chosen(number: int) -> Any:
 class _MakesMix(InBackground):
     """A mix-in for operators whose result is the mix of materials that a flat sample is."""
 
-    def choose(self, chosen: Sequence[bpy.types.Material | None], names: Sequence[str]) -> list[Kept]:
+    def choose(self, chosen: Sequence[bpy.types.Material | None], names: Sequence[str]) -> list[EmbeddedFit]:
         """The fits of chosen materials, which are remembered. ValueError where one has none."""
-        kept: list[Kept] = []
+        kept: list[EmbeddedFit] = []
         for name, each in zip(names, chosen, strict=True):
             fit = None if each is None else queries.embedded_fit(each)
             if fit is None:

@@ -122,7 +122,8 @@ their folder, or a description (.toml, .lp)"""
         osl_support.make_importable("OpenImageIO")
         self._scene = not_none(context.scene).session_uid
         paths = self.paths("the photographs, their folder, or a description")
-        return process.Calculation(partial(measuring.found, paths, self.radius, self.distance, self.exposures))
+        return process.Calculation(partial(measuring.find_description, paths, self.radius, self.distance,
+                                           self.exposures))
 
     def apply(self, context: bpy.types.Context, described: Resolved) -> None:
         if not self.to_scene:
@@ -152,7 +153,7 @@ their folder, light positions (.lp), a project of relight, or a description (.to
     def work(self, _context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
         paths = self.paths("the photographs, their folder, light positions, or a description")
-        return process.Calculation(partial(measuring.found_sample, paths, self.width, self.exposures))
+        return process.Calculation(partial(measuring.find_sample_description, paths, self.width, self.exposures))
 
 
 def _look_through(context: bpy.types.Context) -> None:

@@ -32,9 +32,9 @@ from ...fitter.photographs.capture_setup import (
 )
 from ...fitter.photographs.flat import check_materials
 from ...fitter.photographs.flat_tiling import tiled
-from ...fitter.photographs.picture_files import About, about
+from ...fitter.photographs.picture_files import PictureInfo, read_picture_info
 from ..core.annotations import Arguments
-from ..core.storage.outcomes import Kept, Outcome
+from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
 
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs
@@ -77,7 +77,7 @@ class Result(NamedTuple):
     doubts: tuple[str, ...]
 
 
-def found(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
+def find_description(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
     """The description that a file is, or a folder has; else one of the pictures, or of those in the folder, as
     `described` makes it."""
     folder = Path(paths[0])
@@ -102,7 +102,7 @@ def _names_of_panel() -> Iterator[None]:
         raise DatasetError(in_panel(str(error))) from error
 
 
-def found_sample(paths: Sequence[str], width: float, count: int) -> setup.Resolved:
+def find_sample_description(paths: Sequence[str], width: float, count: int) -> setup.Resolved:
     """The description of a flat sample that a file is, or a folder has; else one of light positions or pictures.
 
     Then it fills the pictures, is so many metres wide, and its albedo is a guess; the camera looks straight down.
@@ -144,7 +144,7 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int) 
         first.size)
 
 
-def _grouped(paths: Sequence[str], count: int) -> tuple[list[list[str]], About]:
+def _grouped(paths: Sequence[str], count: int) -> tuple[list[list[str]], PictureInfo]:
     """Pictures, or those in a folder, by their lamps, and what the first file says."""
     folder = Path(paths[0])
     if len(paths) == 1 and folder.is_dir():
@@ -152,10 +152,10 @@ def _grouped(paths: Sequence[str], count: int) -> tuple[list[list[str]], About]:
         if not paths:
             raise DatasetError(f"a folder without photographs ({', '.join(PICTURES)})", folder)
     paths = sorted(paths, key=lambda path: in_order(Path(path).name))
-    abouts: list[About] = []
+    abouts: list[PictureInfo] = []
     for number, path in enumerate(paths):
         progress.report(number / len(paths), f"Looking at {Path(path).name}")
-        abouts.append(about(path))
+        abouts.append(read_picture_info(path))
     sizes = dict.fromkeys(each.size for each in abouts)
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
@@ -185,7 +185,7 @@ def _bracket(exposures: Sequence[float | None]) -> int:
     return 1
 
 
-def _lens(said: About) -> dict[str, float]:
+def _lens(said: PictureInfo) -> dict[str, float]:
     if said.field_of_view is None:
         return {"focal_length": said.focal_length or LENS, "sensor_width": SENSOR}
     half = math.tan(said.field_of_view / 2)
@@ -287,7 +287,7 @@ class Maps(NamedTuple):
     intensities: dict[str, FloatArray]
 
 
-def flat_of_scene(description: Description, name: str, chosen: Sequence[Kept], arguments: Arguments,
+def flat_of_scene(description: Description, name: str, chosen: Sequence[EmbeddedFit], arguments: Arguments,
                   how: Arguments) -> tuple[Maps, CameraSetup]:
     """The same of a scene's description, in the words of its panel, and where the camera was."""
     with _names_of_panel():
@@ -297,7 +297,7 @@ def flat_of_scene(description: Description, name: str, chosen: Sequence[Kept], a
                 flat_setup.resolved(made).setup.camera)
 
 
-def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[Kept], arguments: Arguments,
+def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[EmbeddedFit], arguments: Arguments,
          how: Arguments) -> Maps:
     """Measure the flat sample of a description: a mix of chosen materials, else of those that it names, else of those
     that are found. `corners` are as `flat_setup.flat` takes them, `arguments` are of fits, `how` keyword arguments of
@@ -306,8 +306,8 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     return _maps(read(path), corners, is_tile, chosen, arguments, how)
 
 
-def _maps(made: CaptureSetup, corners: FloatArray | None, is_tile: bool, chosen: Sequence[Kept], arguments: Arguments,
-          how: Arguments) -> Maps:
+def _maps(made: CaptureSetup, corners: FloatArray | None, is_tile: bool, chosen: Sequence[EmbeddedFit],
+          arguments: Arguments, how: Arguments) -> Maps:
     space = how["colours"]
     with progress.part(0.0, 0.1, "Reading"):
         sample = flat_setup.flat(made, corners)

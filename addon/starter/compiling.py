@@ -76,7 +76,7 @@ def _on_load(_file: object) -> None:
 
 
 def _compile_soon() -> None:
-    if len(bpy.data.materials) and not osl_support.missing() and not bpy.app.timers.is_registered(_tick):
+    if len(bpy.data.materials) and not osl_support.reason_unavailable() and not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=_DELAY, persistent=True)
 
 

@@ -167,7 +167,7 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
             draw_wrapped(body, each.error, "DOT")
 
 
-def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.Found, how: dict[str, str]) -> None:
+def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.FolderEntry, how: dict[str, str]) -> None:
     icon, error = shelf.measurement_icon(measurement, how) if measurement.has_picture else (0, None)
     meanwhile = "ERROR" if error is not None else "FILE" if not measurement.has_picture else "TIME"
     lines = on_buttons(measurement.label, _columns())

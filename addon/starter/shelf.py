@@ -132,7 +132,7 @@ def _together() -> list[tuple[str, ...]]:
     return [tuple(names[first:first + _AT_A_TIME]) for names in kinds for first in range(0, len(names), _AT_A_TIME)]
 
 
-def watched(folder: str) -> Job[list[thumbnails.Found]]:
+def watched(folder: str) -> Job[list[thumbnails.FolderEntry]]:
     """The job that lists the measurements in a folder; panels that show it notice changes within seconds."""
     global _was_drawn
     _was_drawn = True
@@ -141,7 +141,7 @@ def watched(folder: str) -> Job[list[thumbnails.Found]]:
     return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RECHECK)
 
 
-def measurement_icon(measurement: thumbnails.Found, how: Arguments) -> tuple[int, Exception | None]:
+def measurement_icon(measurement: thumbnails.FolderEntry, how: Arguments) -> tuple[int, Exception | None]:
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
     return _icon(("watched", *measurement, tasks.freeze(how)),
                  lambda folder: partial(thumbnails.measurement_picture, measurement, folder, how), "slow")
@@ -153,7 +153,7 @@ def sample_icon(path: str, sample: str) -> int:
     stamp = time_and_size(path)
     if stamp is None:
         return 0
-    found = thumbnails.Found(path, sample, stamp)
+    found = thumbnails.FolderEntry(path, sample, stamp)
     key: icons.Key = ("sample", *found)
     if key not in _icons:
         _icons.add(key, _disc())

@@ -25,7 +25,7 @@ from ..core.storage.properties import LEVELS, Choices, default_choices, use_pres
 from . import shelf, thumbnails, work
 
 NAME = "Measured BRDF Starter Library"
-SHIPPED = Path(__file__).parents[2] / "starter_library"
+SHIPPED = ready.FOLDER.parent
 FILE = "starter.blend"
 LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
@@ -67,11 +67,14 @@ def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
 
     Raises LibraryError or OSError if it cannot be written, or another file has its name.
     """
+    everything = [each for each in published.offered() if ready.is_there(each.name) or not only_ready]
+    if not everything:
+        raise library_file.LibraryError(f"{ready.FOLDER} holds no fit of the library. python -m tools.ready_fits makes "
+                                        "them.")
     path = out / FILE
     with library_file.writing(path, force=False):
         opened = library_file.open_part(path) if path.exists() else None
         library_file.close()
-        everything = [each for each in published.offered() if ready.is_there(each.name) or not only_ready]
         for number, wanted in enumerate(everything):
             yield number / len(everything), wanted.label
             _mark(_create(wanted), wanted)

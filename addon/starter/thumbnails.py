@@ -29,10 +29,11 @@ LARGEST_FITTED = 8 << 20    # bytes: larger files get no thumbnail, their fit wo
 MOST = 400                  # measurements that a folder shows
 _QUICK: Arguments = {**fitter.PRESETS["Draft"]}
 _KEPT = 1500                # pictures on disk
-_known: 'Recent[tuple[Path, tuple[int, int]], list["Found"]]' = Recent(1 << 16)    # what files hold, by path and stamp
+# what files hold, by path and stamp
+_known: 'Recent[tuple[Path, tuple[int, int]], list["FolderEntry"]]' = Recent(1 << 16)
 
 
-class Found(NamedTuple):
+class FolderEntry(NamedTuple):
     """A measurement in a folder, or a file that cannot be read.
 
     Attributes
@@ -60,7 +61,7 @@ class Found(NamedTuple):
         return not self.error and self.stamp[1] <= LARGEST_FITTED
 
 
-def scan(folder: str) -> list[Found]:
+def scan(folder: str) -> list[FolderEntry]:
     """The measurements in a folder and in those below it, in the order of `discovery.files_below`.
 
     Files are read only where they have changed since the last scan. A file that cannot be read is listed with its
@@ -69,7 +70,7 @@ def scan(folder: str) -> list[Found]:
     paths = [Path(entry.path) for entry in discovery.files_below(folder)
              if Path(entry.name).suffix.lower() in EXTENSIONS and os.path.isfile(entry.path)]
     others = set(paths)
-    found: list[Found] = []
+    found: list[FolderEntry] = []
     for path in paths:
         stamp = time_and_size(path)
         if stamp is None or discovery.is_read_with_another(path, others):      # removed meanwhile, or a part
@@ -82,9 +83,9 @@ def scan(folder: str) -> list[Found]:
     return found[:MOST]
 
 
-def _found_in(path: Path, stamp: tuple[int, int]) -> list[Found]:
+def _found_in(path: Path, stamp: tuple[int, int]) -> list[FolderEntry]:
     if stamp[1] > LARGEST_FITTED:                       # one sample: no CURET file is that large
-        return [] if path.suffix.lower() in PLAIN else [Found(str(path), "", stamp)]
+        return [] if path.suffix.lower() in PLAIN else [FolderEntry(str(path), "", stamp)]
     if path.suffix.lower() in PLAIN and not discovery.is_recognised(path):
         return []
     try:
@@ -92,10 +93,10 @@ def _found_in(path: Path, stamp: tuple[int, int]) -> list[Found]:
         if not samples:
             fitter.load(path)
     except fitter.UnitsUnknownError:                    # the import asks for them
-        return [Found(str(path), "", stamp)]
+        return [FolderEntry(str(path), "", stamp)]
     except ValueError as error:
-        return [Found(str(path), "", stamp, _as_unicode(str(error)))]
-    return [Found(str(path), name, stamp) for _, name in samples] or [Found(str(path), "", stamp)]
+        return [FolderEntry(str(path), "", stamp, _as_unicode(str(error)))]
+    return [FolderEntry(str(path), name, stamp) for _, name in samples] or [FolderEntry(str(path), "", stamp)]
 
 
 def _as_unicode(text: str) -> str:
@@ -107,7 +108,7 @@ def library_pictures(names: Sequence[str]) -> dict[str, SingleArray]:
     return {name: thumbnail(published.find(name), SIZE) for name in names}
 
 
-def measurement_picture(found: Found, cache: str, how: Arguments) -> SingleArray:
+def measurement_picture(found: FolderEntry, cache: str, how: Arguments) -> SingleArray:
     """The picture of a quick fit of a measurement: (SIZE, SIZE, 4) float32. Raises DatasetError, ValueError."""
 
     def draw() -> SingleArray:

@@ -8,7 +8,7 @@ from ...fitter.library import matching, ready
 from ...fitter.model import published
 from ...fitter.photographs.picture_files import read_picture
 from ..core.annotations import Arguments
-from ..core.storage.outcomes import Kept, Outcome
+from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
 
 
@@ -36,7 +36,7 @@ def import_result(name: str, how: Arguments, edit: Arguments | None = None) -> O
     if how["colours"] != DEFAULT:
         return tasks.outcome(path, None, ready.ARGUMENTS, how, edit)
     made = tasks.outcome_of(ready.find(name), path, how)
-    kept = Kept(made.surface.kept, name, made.measured.colours)
+    kept = EmbeddedFit(made.surface.kept, name, made.measured.colours)
     return made._replace(surface=tasks.adjusted(kept, edit)) if edit else made
 
 

@@ -16,7 +16,7 @@ from ..core.annotations import Arguments, not_none
 from ..core.shading import material as materials
 from ..core.shading import mixing, node_group
 from ..core.storage import edits, paths
-from ..core.storage.outcomes import Data, Fitted, Kept, KeptMix, Shown
+from ..core.storage.outcomes import Data, EmbeddedFit, Fitted, KeptMix, Shown
 from ..core.storage.reading import load_arguments
 from . import icons, queue, tasks
 from .job import Job
@@ -90,13 +90,13 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
     Where the material is being adjusted, it is drawn as it will be. Until it is drawn, the icon is that of the small
     picture in the material's settings, or of its previous fit.
     """
-    stored = cast(Kept | KeptMix, shown_fits(material))
+    stored = cast(EmbeddedFit | KeptMix, shown_fits(material))
     as_it_is = isinstance(stored, KeptMix) or edits.is_as_wanted(material)
     icon, job = lit_sphere(material.session_uid, stored, None if as_it_is else edits.edit_arguments(material))
     return icon or _small_sphere(material), job
 
 
-def shown_fits(material: bpy.types.Material, masked: float | None = None) -> Kept | KeptMix | None:
+def shown_fits(material: bpy.types.Material, masked: float | None = None) -> EmbeddedFit | KeptMix | None:
     """What a material keeps: its fit, or those that it mixes; None where there is none left.
 
     Of a mix by a mask, `masked` is the share of the second material; None leaves it open.
@@ -104,7 +104,7 @@ def shown_fits(material: bpy.types.Material, masked: float | None = None) -> Kep
     return embedded_fit(material) or _mixed(materials.mix_node(material), masked)
 
 
-def _mixed(node: bpy.types.Node | None, masked: float | None = None) -> Kept | KeptMix | None:
+def _mixed(node: bpy.types.Node | None, masked: float | None = None) -> EmbeddedFit | KeptMix | None:
     if node is None or not mixing.mixes.is_mix(node.node_tree):
         return None
     *mixed, share = mixing.mixes.parts(node)
@@ -133,14 +133,14 @@ def near_plane(material: bpy.types.Material, theta_i: float,
                      partial(tasks.near_plane, measured, theta_i, phi_i), "read")
 
 
-def embedded_fit(material: bpy.types.Material) -> Kept | None:
+def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
     """The fit that a material keeps, as tasks take it; None where the material is not measured."""
     node = materials.group_node(material)
     if node is None:
         return None
     settings = material.measured_brdf
     space = settings.colours if settings.colours in COLOURS else DEFAULT
-    return Kept(node_group.kept_fit(not_none(node.node_tree)), settings.name_of_data, space)
+    return EmbeddedFit(node_group.kept_fit(not_none(node.node_tree)), settings.name_of_data, space)
 
 
 def _small_sphere(material: bpy.types.Material) -> int:

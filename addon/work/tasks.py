@@ -29,7 +29,7 @@ from ...fitter.quality import albedo, cross_validation, describe, verdict
 from ...fitter.samples import distinct_channels
 from ..core import versions
 from ..core.annotations import Arguments
-from ..core.storage.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Shown, Surface, Wanted
+from ..core.storage.outcomes import Data, EmbeddedFit, FitRequest, Fitted, KeptMix, Measurement, Outcome, Shown, Surface
 from . import discovery, shared
 from .recent import Recent
 
@@ -46,7 +46,7 @@ _SMALL = 1 << 20            # bytes: smaller files are read anew whenever they a
 _fits: Recent[tuple[str, str], Fitted] = Recent(_KEPT)
 _kept_fits: Recent[str, fitter.Fit] = Recent(_KEPT)
 # of the last samples: those of a large file, by what was asked and the file's stamp; their description; preparations
-_loaded: Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measured]] = Recent(1)
+_loaded: Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measurement]] = Recent(1)
 _described: Recent[fitter.Samples, Data] = Recent(1)
 _preparations: Recent[tuple[str, str], Arguments] = Recent(1)
 
@@ -87,14 +87,14 @@ def _has_digest(path: str, sample: str, how: Arguments, key: str) -> bool:
         return False
 
 
-def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.Samples, Measured]:
+def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.Samples, Measurement]:
     """Read measurements; a large file only if it has changed since it was read last."""
     asked = path, sample or "", freeze(how or {})
     stamp = _stamp(path)
     if stamp is not None and (asked, stamp) in _loaded:
         return _loaded[asked, stamp]
     samples = fitter.load(path, sample or None, **(how or {}))
-    loaded = samples, Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
+    loaded = samples, Measurement(*asked, samples.name, samples.channels, samples.colours, digest(samples))
     if stamp is not None:
         _loaded[asked, stamp] = loaded
     return loaded
@@ -144,7 +144,7 @@ def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
 
 def outcome_alone(made: fitter.Fit, space: str) -> Outcome:
     """What a material is made from, of a fit whose measurements are in no file; its errors are not known."""
-    measured = Measured("", "", freeze({}), made.name, made.channels, space, "")
+    measured = Measurement("", "", freeze({}), made.name, made.channels, space, "")
     errors = fitter.ErrorMetrics(math.nan, math.nan, math.nan)
     return Outcome(measured, Fitted(made, errors, 0.0), verdict.Verdict(verdict.UNKNOWN, verdict.UNKNOWN, 0.0, 0.0),
                    _surface(made, space, {}))
@@ -209,7 +209,7 @@ def asset_key(key_of_fit: str, rendering: str) -> str:
     return f"{hashlib.sha256(f'{key_of_fit} {SHADER_VERSION}'.encode()).hexdigest()[:24]} {rendering}"
 
 
-def rebake(fits: Sequence[Kept]) -> list[Rebaked | ValueError]:
+def rebake(fits: Sequence[EmbeddedFit]) -> list[Rebaked | ValueError]:
     """The shaders of this version for fits of materials; for those that have been damaged, the error."""
     done: list[Rebaked | ValueError] = []
     for number, kept in enumerate(fits):
@@ -223,13 +223,14 @@ def rebake(fits: Sequence[Kept]) -> list[Rebaked | ValueError]:
     return done
 
 
-def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: fitter.Fit, edit: Arguments) -> Outcome:
+def _finish(samples: fitter.Samples, measured: Measurement, fitting: Fitted, made: fitter.Fit,
+            edit: Arguments) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.judge(samples, fitting.fit, fitting.unseen),
                    _surface(made, measured.colours, edit), albedo.doubt(samples))
 
 
-def adjusted(kept: Kept, edit: Arguments) -> Surface:
+def adjusted(kept: EmbeddedFit, edit: Arguments) -> Surface:
     """Edit the fit of a material anew. Raises ValueError if there is none, or an argument is wrong."""
     progress.report(0.0, "Editing")
     return _surface(fitter.edited(kept_fit(kept), **edit), kept.colours, edit)
@@ -371,7 +372,7 @@ def near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArr
     return plane_plot.near_plane(samples_of(data), theta_i, phi_i)
 
 
-def kept_fit(kept: Kept) -> fitter.Fit:
+def kept_fit(kept: EmbeddedFit) -> fitter.Fit:
     """The fit of a material. Raises ValueError if there is none."""
     key = kept.digest
     if key not in _kept_fits:
@@ -386,9 +387,9 @@ def kept_bytes(fit: fitter.Fit) -> bytes:
 
 def fit_of(shown: Shown) -> fitter.Fit | Mix:
     """The reflectance that is shown. Raises ValueError if there is none."""
-    if isinstance(shown, Wanted):
+    if isinstance(shown, FitRequest):
         return fitted_of(*shown).fit
-    if isinstance(shown, Kept):
+    if isinstance(shown, EmbeddedFit):
         return kept_fit(shown)
     return Mix(fit_of(shown.first), fit_of(shown.second), 0.5 if shown.share is None else shown.share)
 

@@ -147,10 +147,10 @@ def _normals_by_tilt(tilt: RealArray, wo: RealArray) -> RealArray:
     whole, moved = tilt[..., None] * wo, np.array(wo)
     whole[..., 2] += 1 - tilt
     moved[..., 2] -= 1
-    return _of_unit(whole, moved)
+    return _unit_vector_derivative(whole, moved)
 
 
-def _of_unit(vector: RealArray, moved: RealArray) -> RealArray:
+def _unit_vector_derivative(vector: RealArray, moved: RealArray) -> RealArray:
     """The derivative of a vector made a unit vector, from that of the vector: (..., 3)."""
     length, unit = _length(vector), _unit(vector)
     return np.asarray((moved - unit * _dot(unit, moved)[..., None]) / length)
@@ -192,7 +192,7 @@ def _frame(normal: RealArray, tangent: RealArray) -> RealArray:
 def _frame_by_normal(normal: RealArray, moved: RealArray, tangent: RealArray) -> RealArray:
     """The derivative of `_frame`, from that of the normal: (..., 3, 3)."""
     across = _cross(normal, tangent)
-    unit, unit_moved = _unit(across), _of_unit(across, _cross(moved, tangent))
+    unit, unit_moved = _unit(across), _unit_vector_derivative(across, _cross(moved, tangent))
     return np.stack([_cross(unit_moved, normal) + _cross(unit, moved), unit_moved, moved], axis=-1)
 
 

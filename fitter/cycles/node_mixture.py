@@ -258,7 +258,7 @@ def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
     views, kinds, shape = every.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
     everywhere = _columns(every, kinds, Shape(*(_interpolate(mixture.theta, every.theta, each) for each in shape)))
     columns = everywhere[::2]
-    below, albedo = _below(views, columns), views.albedo.mean(axis=1)
+    below, albedo = _fit_colours_from_below(views, columns), views.albedo.mean(axis=1)
     # the weights of all closures are the denoiser's albedo, of which a direction needs a part
     room = np.minimum((1 + _THRIFTLESS) * albedo, np.maximum(albedo, 1)) - LEAST_FOLLOWED * albedo
     weights = below.sum(axis=1).mean(axis=1)
@@ -267,24 +267,25 @@ def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
     left = np.maximum(apart, 0).sum(axis=1)
     carried = left + np.float32(_DIM) * views.target.sum(axis=1)
     evenly = np.full_like(carried[:, None], 1 / (2 * np.pi))
-    together = np.concatenate([np.moveaxis(_of_lobes(node_lobes.density, views, kinds, shape), 0, 1), evenly], axis=1)
+    densities = np.moveaxis(_evaluate_lobes(node_lobes.density, views, kinds, shape), 0, 1)
+    together = np.concatenate([densities, evenly], axis=1)
     flat = (len(carried), -1)
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
     apart = every.target - _radiance(everywhere, _interpolate(mixture.theta, every.theta, below))
     missing, above = (every.reflected(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
-    balance = 1 - _about_stops(above) / np.maximum(_about_stops(missing), _TINY)
+    balance = 1 - _average_around_knots(above) / np.maximum(_average_around_knots(missing), _TINY)
     return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing[::2],
                     np.maximum(balance, 0))
 
 
-def _about_stops(values: FloatArray) -> FloatArray:
+def _average_around_knots(values: FloatArray) -> FloatArray:
     """Values at stops and half of those between them and the next ones, (views, ...): (stops, ...)."""
     halved = 0.5 * np.pad(values[1::2], ((1, 1), *((0, 0),) * (values.ndim - 1)))
     return np.asarray(values[::2] + halved[:-1] + halved[1:])
 
 
-def _below(views: Views, columns: RealArray) -> FloatArray:
+def _fit_colours_from_below(views: Views, columns: RealArray) -> FloatArray:
     """The colours of lobes of the least absolute error, of which that above the target counts far more: (views, lobes,
     phases, channels)."""
     lobes = _Lobes.make(views, columns)
@@ -310,11 +311,11 @@ def _interpolate(stops: FloatArray, at: FloatArray, values: RealArray) -> FloatA
 
 def _columns(views: Views, kinds: Sequence[Kind], shape: Shape) -> RealArray:
     """The lobes, times the phases of their colours: (views, lobes, phases, azimuths, n)."""
-    return _with_phases(views, _of_lobes(node_lobes.evaluate, views, kinds, shape))
+    return _with_phases(views, _evaluate_lobes(node_lobes.evaluate, views, kinds, shape))
 
 
-def _of_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: Views, kinds: Sequence[Kind], shape: Shape,
-              ) -> RealArray:
+def _evaluate_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: Views, kinds: Sequence[Kind],
+                    shape: Shape) -> RealArray:
     """A function of `node_lobes` for each lobe, all those of a kind at once: (..., lobes, views, azimuths, n)."""
     found = None
     for kind in set(kinds):
@@ -580,8 +581,8 @@ def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: 
     columns = found.lobes.columns.shape[1]
     phases, lobes = views.phases.shape[1], [lobe for _, lobe in variables.places]
     changed = sorted(set(lobes))
-    gradients = _of_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],
-                          Shape(*(each[:, changed] for each in variables.shape(now))))
+    gradients = _evaluate_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],
+                                Shape(*(each[:, changed] for each in variables.shape(now))))
     derivatives = gradients[[variable for variable, _ in variables.places], [changed.index(lobe) for lobe in lobes]]
     both = np.concatenate([found.lobes.columns, _flat(views, _with_phases(views, derivatives), 0.0)], axis=1)
     weighted = both[:, None] * weight[:, :, None]

@@ -197,7 +197,7 @@ def _target(fit: Reflectance) -> _Target:
     weight = np.concatenate([points.weight, np.full(_VIEWS, _ALBEDO_WEIGHT / _VIEWS)]) / 3
     target = _Target(at, cosine, points.share, np.sqrt(weight)[:, None], (points.share @ values).mean(axis=0), mean,
                     _looks_metallic(values, points), values)
-    return target._replace(seen=_seen(values, target))
+    return target._replace(seen=_perceptual_values(values, target))
 
 
 def _looks_metallic(values: FloatArray, points: _Points) -> bool:
@@ -209,28 +209,28 @@ def _looks_metallic(values: FloatArray, points: _Points) -> bool:
     return highlight > max(_METAL_ALBEDO, _METAL_SHARE * reflected)
 
 
-def _seen(values: FloatArray, target: _Target) -> FloatArray:
+def _perceptual_values(values: FloatArray, target: _Target) -> FloatArray:
     """Cube roots of reflected radiance and of albedo, (n + views, 3), weighted so that they can be subtracted."""
     radiance, reflected = values * target.cosine, target.share @ values / np.pi
     return np.asarray(np.cbrt(np.concatenate([radiance, reflected]) / target.mean + _DARK) * target.root_weight)
 
 
 def _residuals(inputs: Principled, target: _Target) -> FloatArray:
-    return (_seen(inputs.at(target.at), target) - target.seen).ravel()
+    return (_perceptual_values(inputs.at(target.at), target) - target.seen).ravel()
 
 
 def _error(inputs: Principled, target: _Target) -> float:
     return float(np.linalg.norm(_residuals(inputs, target)))
 
 
-class _Found(NamedTuple):
+class _Candidate(NamedTuple):
     """What a search found: the error, and the inputs."""
 
     error: float
     inputs: Principled
 
 
-def _plain(metallic: float, names: tuple[str, ...], target: _Target) -> _Found:
+def _plain(metallic: float, names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF without sheen and coat, from the best of many starts."""
     color = np.clip(target.albedo, 0.02, 0.98)
     starts = [Principled(color, roughness, metallic, level) for roughness in _STARTS
@@ -239,14 +239,14 @@ def _plain(metallic: float, names: tuple[str, ...], target: _Target) -> _Found:
     return _search_from(starts[:2 * _SEARCHES], names, target)
 
 
-def _with_sheen(plain: _Found, target: _Target) -> _Found:
+def _with_sheen(plain: _Candidate, target: _Target) -> _Candidate:
     """A BSDF with sheen, if that is clearly closer, or the one without."""
     tint = np.full(3, 0.1)
     starts = [replace(plain.inputs, sheen_tint=tint, sheen_roughness=roughness) for roughness in (0.3, 0.6)]
     return _closer(plain, _search_from(starts, (*_DIELECTRIC, *_SHEEN), target))
 
 
-def _with_coat(plain: _Found, names: tuple[str, ...], target: _Target) -> _Found:
+def _with_coat(plain: _Candidate, names: tuple[str, ...], target: _Target) -> _Candidate:
     """A BSDF with a coat, if that is clearly closer, or the one without."""
     rough = plain.inputs.roughness
     starts = [replace(plain.inputs, roughness=under, coat_weight=weight, coat_roughness=over)
@@ -254,21 +254,21 @@ def _with_coat(plain: _Found, names: tuple[str, ...], target: _Target) -> _Found
     return _closer(plain, _search_from(starts, (*names, *_COAT), target))
 
 
-def _best(searches: list[_Found]) -> _Found:
+def _best(searches: list[_Candidate]) -> _Candidate:
     return min(searches, key=lambda each: each.error)
 
 
-def _closer(plain: _Found, layered: _Found) -> _Found:
+def _closer(plain: _Candidate, layered: _Candidate) -> _Candidate:
     return layered if layered.error < min(_LAYER_GAIN * plain.error, plain.error - _LEAST_GAIN) else plain
 
 
-def _search_from(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Found:
+def _search_from(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF near several starts: a few steps from each, and more from where the best of them end."""
     near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=lambda found: found.error)
     return _best([_search(found.inputs, names, target, _STEPS) for found in near[:_SEARCHES]])
 
 
-def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: int) -> _Found:
+def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: int) -> _Candidate:
     """The closest BSDF near a start, by the steps of K. Levenberg and D. W. Marquardt within bounds."""
     chosen = [(name, size, lower, upper) for name, size, lower, upper in _INPUTS if name in names]
     lower, upper = (np.concatenate([np.full(size, bounds[k]) for _, size, *bounds in chosen]) for k in (0, 1))
@@ -299,4 +299,4 @@ def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: i
     x, error, _ = levenberg_marquardt(
         np.clip(np.concatenate([np.ravel(getattr(start, name)) for name, *_ in chosen]), lower, upper), evaluate,
         linearise, steps=steps, tries=4, grow=8, shrink=5, enough=_ENOUGH)
-    return _Found(float(np.sqrt(error)), inputs(x))
+    return _Candidate(float(np.sqrt(error)), inputs(x))

@@ -136,15 +136,16 @@ class Principled:
 
     def _metal(self, at: Angles) -> FloatArray:
         fresnel = self.base_color + (1 - self.base_color) * ((1 - at.cos_d) ** 5)[:, None]
-        between = _between(self.roughness, at.cos_o, self.base_color + (1 - self.base_color) / 21)
-        return _lobe(self.roughness, at)[:, None] * fresnel * between
+        gain = _multiple_scattering_gain(self.roughness, at.cos_o, self.base_color + (1 - self.base_color) / 21)
+        return _lobe(self.roughness, at)[:, None] * fresnel * gain
 
     def _dielectric(self, at: Angles) -> FloatArray:
         f0 = 2 * DIELECTRIC * self.specular_level
         whole, grazing, _ = _reflected(self.roughness, at.cos_o)
-        between = _between(self.roughness, at.cos_o, np.array([f0 + (1 - f0) / 21]))[:, 0] if f0 > 0 else 1.0
-        lobe = _lobe(self.roughness, at) * _fresnel(at.cos_d, f0) * between
-        left = 1 - between * (f0 * whole + (1 - f0) * grazing) if f0 > 0 else np.ones(len(at.cos_o))
+        mean_fresnel = np.array([f0 + (1 - f0) / 21])
+        gain = _multiple_scattering_gain(self.roughness, at.cos_o, mean_fresnel)[:, 0] if f0 > 0 else 1.0
+        lobe = _lobe(self.roughness, at) * _fresnel(at.cos_d, f0) * gain
+        left = 1 - gain * (f0 * whole + (1 - f0) * grazing) if f0 > 0 else np.ones(len(at.cos_o))
         return lobe[:, None] + left[:, None] * self.base_color / np.pi
 
 
@@ -173,7 +174,7 @@ def _fresnel(cosine: FloatArray, f0: float) -> FloatArray:
                       * (1 + ((cosine * (g + cosine) - 1) / (cosine * (g - cosine) + 1)) ** 2))
 
 
-def _between(roughness: float, cos_o: FloatArray, fresnel: FloatArray) -> FloatArray:
+def _multiple_scattering_gain(roughness: float, cos_o: FloatArray, fresnel: FloatArray) -> FloatArray:
     """By how much light reflected repeatedly brightens microfacets of a mean Fresnel term: (n, channels)."""
     whole, _, mean = _reflected(roughness, cos_o)
     again = fresnel * mean / (1 - fresnel * (1 - mean))
@@ -183,7 +184,7 @@ def _between(roughness: float, cos_o: FloatArray, fresnel: FloatArray) -> FloatA
 def _reflected(roughness: float, cos_o: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Albedo of microfacets with a Fresnel term of 1 and of (1 - cos theta_d)^5, (n,) each; the mean of the first."""
     rows, cosines, whole, grazing = _reflected_table()
-    k, t = _between_rows(roughness, rows)
+    k, t = _locate_row(roughness, rows)
     row, row_grazing = ((1 - t) * table[k] + t * table[k + 1] for table in (whole, grazing))
     mean = 2 * float((row * cosines).mean())
     return np.interp(cos_o, cosines, row), np.interp(cos_o, cosines, row_grazing), mean
@@ -215,7 +216,7 @@ def _reflected_table() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
 
 def _sheen(roughness: float, at: Angles) -> tuple[FloatArray, FloatArray]:
     """A white sheen, 1/sr, and its albedo: (n,) and (n,)."""
-    k, t = _between_rows(roughness, _SHEEN_ROUGHNESS)
+    k, t = _locate_row(roughness, _SHEEN_ROUGHNESS)
     a, b, albedo = (np.interp(at.cos_o, _SHEEN_COSINE, (1 - t) * table[k] + t * table[k + 1])
                     for table in (_SHEEN_A, _SHEEN_B, _SHEEN_ALBEDO))
     sin2 = 1 - at.cos_i ** 2
@@ -223,7 +224,7 @@ def _sheen(roughness: float, at: Angles) -> tuple[FloatArray, FloatArray]:
     return albedo / np.pi * (a / length2) ** 2, albedo
 
 
-def _between_rows(value: float, rows: FloatArray) -> tuple[int, float]:
+def _locate_row(value: float, rows: FloatArray) -> tuple[int, float]:
     """The row before a value, and the share of the next."""
     k = int(np.clip(np.searchsorted(rows, value) - 1, 0, len(rows) - 2))
     return k, float(np.clip((value - rows[k]) / (rows[k + 1] - rows[k]), 0, 1))

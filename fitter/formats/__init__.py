@@ -96,7 +96,7 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
         samples = published.load_published(name)
         if reading.isotropic is not None:
             samples = isotropy.as_asked(samples, reading.isotropic)
-        return converted(_without(reading, (), "published fits", samples), colours)
+        return converted(_note_unused_options(reading, (), "published fits", samples), colours)
     known, content = _recognised(path, reading.columns)
     chosen: dict[str, Any] = {"reading": reading} if known.options else {}
     if known.list_samples is not None:
@@ -112,7 +112,7 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
         samples = isotropy.mirrored(samples)
     samples = replace(samples, name=printable(samples.name), notes=tuple(map(printable, samples.notes)),
                       channels=tuple(map(printable, samples.channels)))
-    return converted(_without(reading, known.options, f"{known.name} files", samples), colours)
+    return converted(_note_unused_options(reading, known.options, f"{known.name} files", samples), colours)
 
 
 def _check_content(samples: Samples, path: str | Path) -> None:
@@ -124,7 +124,7 @@ def _check_content(samples: Samples, path: str | Path) -> None:
         raise DatasetError(f"all {values.size:,} values are {found}, expected reflected light: some above 0", path)
 
 
-def _without(reading: Reading, options: tuple[str, ...], files: str, samples: Samples) -> Samples:
+def _note_unused_options(reading: Reading, options: tuple[str, ...], files: str, samples: Samples) -> Samples:
     """Samples with a note of the options that were chosen, and that do not matter to their format."""
     # `isotropic` matters to all
     ignored = [name for name, option in OPTIONS.items() if name not in (*options, "isotropic")

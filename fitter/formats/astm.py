@@ -80,7 +80,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
     samples = Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more))
-    return finished(unmeasured.without(samples, reading), reading)
+    return finished(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
 @dataclass(frozen=True)

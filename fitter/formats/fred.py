@@ -76,7 +76,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     values = values * float(settings["scale"])
     given_away(values)
     samples = Samples(theta_i, phi_i, theta_o, phi_o, values, ("grey",), Path(path).stem, str(path), tuple(notes))
-    return finished(unmeasured.without(samples, reading), reading)
+    return finished(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
 def _settings(path: str | Path, content: bytes) -> tuple[int, dict[str, str]]:

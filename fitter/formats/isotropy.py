@@ -119,14 +119,14 @@ def rotations_note(theta_i: FloatArray, phi_i: FloatArray) -> str:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Isotropy:
     """Whether samples are isotropic, and what to say of it, if anything."""
 
     isotropic: bool
     note: str = ""
 
 
-def _compared(samples: Samples) -> _Found:
+def _compared(samples: Samples) -> _Isotropy:
     """What samples at several rotations tell."""
     apart = np.mod(_azimuth_difference(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
@@ -141,7 +141,7 @@ def _compared(samples: Samples) -> _Found:
         return _scattered(subset(samples, chosen), y)
     count = len(np.unique(rotation[shared & (points.theta_i > _ALIKE)]))
     if count < FEWEST_ROTATIONS:
-        return _Found(True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else "")
+        return _Isotropy(True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else "")
     r = (y - (np.bincount(cell, y) / np.bincount(cell))[cell])[shared]
     points = points.only(shared)
     size = float(np.sqrt(np.mean(y[shared] ** 2)))
@@ -153,7 +153,7 @@ def _compared(samples: Samples) -> _Found:
     else:
         differs = any(mean > sure * error and mean > (effect * size) ** 2 for _, mean, error in tests
                       for sure, effect in _CRITERIA)
-    return _Found(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
+    return _Isotropy(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
 
 
 @dataclass(frozen=True)
@@ -248,15 +248,15 @@ def _alike(r: FloatArray, pairs: tuple[IntArray, IntArray]) -> tuple[int, float,
     return len(products), float(products.mean()), float(products.std() / np.sqrt(len(products) / 2))
 
 
-def _scattered(samples: Samples, y: FloatArray) -> _Found:
+def _scattered(samples: Samples, y: FloatArray) -> _Isotropy:
     """What samples tell of which hardly any agree: whether y follows the azimuth of the half vector.
 
     In rings of half vectors, a quadratic polynomial of the coordinates of an isotropic material is fitted to y, and
     then harmonics of the azimuth as well. They must explain more than they would of noise.
     """
     count = rotations(samples.theta_i, samples.phi_i).count
-    few = _Found(True, f"Measured at {count:,} rotations, but too few directions in common to compare them: taken as "
-                       f"isotropic" if count >= FEWEST_ROTATIONS else "")
+    few = _Isotropy(True, f"Measured at {count:,} rotations, but too few directions in common to compare them: taken "
+                          "as isotropic" if count >= FEWEST_ROTATIONS else "")
     if count < FEWEST_ROTATIONS or len(y) < _RING:
         return few
     theta_h, phi_h, coordinates = _half_vectors(samples)
@@ -274,7 +274,7 @@ def _scattered(samples: Samples, y: FloatArray) -> _Found:
     if own < _OWN:
         return few
     differs = explained > max(_SURE_OF_HARMONICS * np.sqrt(error), _EFFECT ** 2 * np.sum(y ** 2))
-    return _Found(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
+    return _Isotropy(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
 
 
 def _half_vectors(samples: Samples) -> tuple[FloatArray, FloatArray, FloatArray]:

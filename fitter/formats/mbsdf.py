@@ -78,7 +78,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     values = values[distinct]
     given_away(*directions, values)
     samples = Samples(*directions, values, RGB if kind else ("grey",), Path(path).stem, str(path))
-    return unmeasured.without(samples, reading)
+    return unmeasured.remove_unmeasured(samples, reading)
 
 
 FORMAT = Format("NVIDIA", "NVIDIA .mbsdf", (".mbsdf",), recognises, read, ("keep_unmeasured",), is_text=False,

@@ -137,7 +137,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     directions, values, deviation, repeated = averaged(directions, values)
     samples = Samples(*mapped(np.asarray, directions.T), values, channels, name_of(said) or Path(path).stem, str(path),
                       (*notes, *more, *of_channels, *repeated), deviation=deviation)
-    return finished(unmeasured.without(samples, reading), reading, symmetry)
+    return finished(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
 
 
 def _on_its_side(found: table_on_its_side.Upright, reading: Reading, path: str | Path) -> Samples:

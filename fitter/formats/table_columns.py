@@ -102,7 +102,7 @@ def name_of(said: dict[str, str]) -> str:
 
 
 @dataclass
-class _Found:
+class _ColumnsSoFar:
     """What has been found of the columns so far."""
 
     roles: dict[str, int] = field(default_factory=dict)
@@ -161,9 +161,9 @@ def shorten(columns: list[str], most: int = 8) -> str:
     return ", ".join(name[:24] for name in columns[:most]) + (" ..." if len(columns) > most else "")
 
 
-def _assign_roles(layout: Layout, path: str | Path) -> _Found:
+def _assign_roles(layout: Layout, path: str | Path) -> _ColumnsSoFar:
     """The role of each column, or its kind of values."""
-    found = _Found()
+    found = _ColumnsSoFar()
     # in remote sensing s is the sun
     sun = {names.parse(name).words for name in layout.names} >= {("theta", "s"), ("theta", "v")}
     for column, name in enumerate(layout.names):
@@ -207,7 +207,7 @@ def _constants(said: dict[str, str], roles: dict[str, int]) -> tuple[dict[str, f
     return constants, units
 
 
-def _resolve(found: _Found, constants: dict[str, float]) -> None:
+def _resolve(found: _ColumnsSoFar, constants: dict[str, float]) -> None:
     """Tell which direction a polar angle is of that names none: the one that no other column is of."""
     if names.THETA in found.roles:
         free = [role for role in ("theta_s", "theta_i") if role not in found.roles and role not in constants]
@@ -231,7 +231,7 @@ def _unit(units: list[str], said: dict[str, str], reading: Reading, path: str | 
     return " and ".join(sorted(told)) or None
 
 
-def _quantity(found: _Found, layout: Layout, said: dict[str, str], reading: Reading, has_standard: bool,
+def _quantity(found: _ColumnsSoFar, layout: Layout, said: dict[str, str], reading: Reading, has_standard: bool,
               path: str | Path) -> tuple[Quantity, str, str]:
     """What the values are, a note of it, and the cosine that the file says; as `reading` says where it does."""
     kinds, cosines, percents = ({getattr(kind, name) for kind in found.kinds} for name in ("kind", "cosine", "percent"))

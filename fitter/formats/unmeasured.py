@@ -28,7 +28,7 @@ _WORDS = {"straight": "on a straight line to 0 at 90 degrees", "constant": "with
           "zero": "where all are 0"}
 
 
-def without(samples: Samples, reading: Reading) -> Samples:
+def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
     """Samples without those that nobody measured; `notes` say how many, from where on and why.
 
     Parameters

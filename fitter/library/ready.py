@@ -30,7 +30,7 @@ from ..storage import files, npz
 
 PRESET = "Standard"         # whose method it is
 ARGUMENTS: dict[str, Any] = {"diffuse_level": 3, "specular_level": 4, "compression": 92.5, "method": "kriging"}
-FOLDER = Path(__file__).parents[1] / "starter_library" / "fits"
+FOLDER = Path(__file__).parents[2] / "starter_library" / "fits"
 _INPUTS = [field.name for field in fields(Principled)]
 _ENGINES = "cycles", "eevee"
 _OF_MIXTURE = "kinds", "errors", "colours", "table"

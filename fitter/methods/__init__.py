@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from ..model.fit import Fit
-from ..samples import Samples, above, distinct_channels
+from ..samples import Samples, distinct_channels, surface_samples
 from . import kameya_lewis, regression_kriging
 from .levels import Levels
 
@@ -28,7 +28,7 @@ def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
     """
     if method != "kriging":
         return {}
-    return {"estimated": regression_kriging.estimate(distinct_channels(above(samples))[0])}
+    return {"estimated": regression_kriging.estimate(distinct_channels(surface_samples(samples))[0])}
 
 
 def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6, compression: float = 95.0,
@@ -75,7 +75,7 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
     levels = Levels(diffuse_level, specular_level, compression)
     if method not in METHODS:
         raise ValueError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
-    distinct, columns = distinct_channels(above(samples))
+    distinct, columns = distinct_channels(surface_samples(samples))
     try:
         fitted = METHODS[method](distinct, levels, plausible=plausible, **options)
     except MemoryError as error:

@@ -6,9 +6,11 @@ one that no sample has. So where the narrowest mirror lobe is most of the prior,
 the field become the mean of the samples' by inverse distances (D. Shepard: A Two-Dimensional Interpolation Function for
 Irregularly-Spaced Data, 23rd ACM National Conference, 1968), in the coordinates that give highlights most room. Samples
 weigh as they lie in the highlight themselves. All weights are positive: relative to the prior, no direction there has a
-colour that lies outside of those of the samples around it. Brightness, the mean over channels, is the process's.
+colour that lies outside of those of the samples around it. Brightness, the sum over channels of the reflectance, is the
+process's: of the field a channel that is as good as black would have as large a part as any other.
 
-That is done where it predicts the samples, each left out, better than the process does.
+That is done where it predicts the samples, each left out, better than the process does, all together and most of them
+by themselves: one that is much brighter than the others does not decide alone.
 """
 
 from dataclasses import dataclass, replace
@@ -60,9 +62,14 @@ class Highlight:
         which = np.flatnonzero(share > _LEAST_SHARE)
         blended = continued.copy()
         if len(which):
+            at = selected(directions, which)
             colours = continued[which] - continued[which].mean(axis=1, keepdims=True)
-            means = self._weighted_means(selected(directions, which), which if left_out else None)
-            blended[which] += share[which, None] * (means - colours)
+            means = self._weighted_means(at, which if left_out else None)
+            recoloured = continued[which] + share[which, None] * (means - colours)
+            bright = self.transform.prior.evaluate(*at) + self.transform.offset
+            before, after = ((bright * np.exp(each)).sum(axis=1, keepdims=True)
+                             for each in (continued[which], recoloured))
+            blended[which] = recoloured + np.log(before / after)
         return blended
 
     def _weighted_means(self, directions: Directions, own: IntArray | None) -> FloatArray:
@@ -110,6 +117,7 @@ def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, kno
                       field - field.mean(axis=1, keepdims=True), share)
     blended = found.blend(samples.directions, left_out, left_out=True)
     wanted, bounded = np.cbrt(np.maximum(samples.values, 0)), replace(transform, floor=0.0)
-    before, after = (((np.cbrt(bounded.reflectance(each, *samples.directions)) - wanted) ** 2).sum()
+    before, after = (((np.cbrt(bounded.reflectance(each, *samples.directions)) - wanted) ** 2).sum(axis=1)
                      for each in (left_out, blended))
-    return (found, blended) if after < before else (None, left_out)
+    better = after.sum() < before.sum() and np.count_nonzero(after < before) >= np.count_nonzero(after > before)
+    return (found, blended) if better else (None, left_out)

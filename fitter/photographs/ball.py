@@ -98,7 +98,7 @@ class BallPhotograph(Photograph):
         return float(np.arctan2(np.linalg.norm(np.cross(toward[0], toward[1])), toward[0] @ toward[1]))
 
 
-class Seen(NamedTuple):
+class BallPixels(NamedTuple):
     """What pixels of a photograph see of the ball. The arrays are those of n pixels."""
 
     pixel: IntArray
@@ -111,7 +111,7 @@ class Seen(NamedTuple):
     """The angle of a pixel over the ball's, seen from the camera."""
 
 
-def seen(photograph: BallPhotograph) -> Seen:
+def visible_pixels(photograph: BallPhotograph) -> BallPixels:
     """The pixels that see a point of the ball which the whole lamp lights, none of it steeper than `STEEPEST`.
 
     Raises DatasetError if there is none; the message says why.
@@ -131,22 +131,22 @@ def seen(photograph: BallPhotograph) -> Seen:
     normal = (point - photograph.centre) / photograph.radius
     away = photograph.lamp - point
     far = np.linalg.norm(away, axis=1)
-    directions = about(normal, away / far[:, None], -ray)
+    directions = to_local_angles(normal, away / far[:, None], -ray)
     of_lamp = np.arcsin(np.minimum(photograph.lamp_radius / far, 1))
     good = (directions[0] + of_lamp < STEEPEST) & (directions[2] < STEEPEST)
     if not good.any():
         raise DatasetError("the lamp is behind the ball, or so far to its side that the camera sees nothing that is "
                            "lit", photograph.name)
-    return Seen(pixel[good], selected(directions, good), np.cos(directions[0][good]) / far[good] ** 2,
-                float(size / limb))
+    return BallPixels(pixel[good], selected(directions, good), np.cos(directions[0][good]) / far[good] ** 2,
+                      float(size / limb))
 
 
-def about(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
+def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
     """Directions to light and viewer about normals, all (n, 3) unit vectors, as angles: four (n,), phi_i is 0.
 
     Examples
     --------
-    >>> theta_i, _, theta_o, phi_o = about(np.eye(3)[2:], np.array([[.6, 0, .8]]), np.array([[0, -.6, .8]]))
+    >>> theta_i, _, theta_o, phi_o = to_local_angles(np.eye(3)[2:], np.array([[.6, 0, .8]]), np.array([[0, -.6, .8]]))
     >>> np.degrees([theta_i[0], theta_o[0], phi_o[0]]).round(2).tolist()
     [36.87, 36.87, -90.0]
     """
@@ -157,10 +157,10 @@ def about(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions
     return theta[0], np.zeros(len(turn)), theta[1], turn
 
 
-class Measured(NamedTuple):
+class PixelReflectances(NamedTuple):
     """The reflectance at pixels that can be trusted."""
 
-    seen: Seen
+    seen: BallPixels
     reflectance: FloatArray
     """1/sr: (n, channels)."""
     deviation: FloatArray
@@ -169,14 +169,14 @@ class Measured(NamedTuple):
     """How many of the pixels that are lit were saturated, dark or masked."""
 
 
-def measured(photograph: BallPhotograph) -> Measured:
+def measured(photograph: BallPhotograph) -> PixelReflectances:
     """The reflectance at the pixels of a photograph that are neither saturated, dark nor masked.
 
     Raises DatasetError if there is none.
     """
-    lit = seen(photograph)
+    lit = visible_pixels(photograph)
     radiance = photograph.radiance.reshape(-1, photograph.radiance.shape[2])
-    neighbours = of_neighbours(photograph.radiance).reshape(radiance.shape)[lit.pixel]
+    neighbours = mean_of_neighbours(photograph.radiance).reshape(radiance.shape)[lit.pixel]
     noise = (_noise(photograph, lit.pixel) if photograph.noise is None
              else photograph.noise.reshape(radiance.shape)[lit.pixel])
     # what a pixel's neighbours show is free of its own noise: pixels whose noise is bright are not preferred
@@ -186,19 +186,19 @@ def measured(photograph: BallPhotograph) -> Measured:
     if not good.any():
         raise DatasetError("nothing of the ball is lit: all of its pixels are dark, saturated or masked",
                            photograph.name)
-    seen_well = Seen(lit.pixel[good], selected(lit.directions, good), lit.irradiance[good], lit.grain)
+    seen_well = BallPixels(lit.pixel[good], selected(lit.directions, good), lit.irradiance[good], lit.grain)
     value = radiance[seen_well.pixel] / (photograph.intensity * seen_well.irradiance[:, None])
     relative = noise[good].mean(axis=1) / neighbours[good].mean(axis=1)
-    return Measured(seen_well, value, np.hypot(relative, _misplaced(seen_well)), int((~good).sum()))
+    return PixelReflectances(seen_well, value, np.hypot(relative, _misplaced(seen_well)), int((~good).sum()))
 
 
-def _misplaced(pixels: Seen) -> FloatArray:
+def _misplaced(pixels: BallPixels) -> FloatArray:
     """What small errors of the ball's and the lamp's place do to the cosine of incidence, relative to it: (n,)."""
     turned = _PLACED * pixels.grain / np.cos(pixels.directions[2])      # of the normal
     return np.asarray(np.tan(pixels.directions[0]) * np.hypot(turned, _AIMED))
 
 
-def of_neighbours(picture: RealArray) -> FloatArray:
+def mean_of_neighbours(picture: RealArray) -> FloatArray:
     """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
     padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
@@ -222,7 +222,7 @@ def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
     It is a share of the brightness, the median over the ball, and what the pixels beside the ball have.
     """
     channels = photograph.radiance.shape[2]
-    neighbours = of_neighbours(photograph.radiance).reshape(-1, channels)
+    neighbours = mean_of_neighbours(photograph.radiance).reshape(-1, channels)
     residual = np.abs(photograph.radiance.reshape(-1, channels) - neighbours) * TO_SIGMA / np.sqrt(1.25)
     axis, _, limb = photograph.sight
     beyond = min(limb + LIMB * pixel_angle(photograph.rays), np.pi)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
-from .ball import BallPhotograph, of_neighbours, seen
+from .ball import BallPhotograph, mean_of_neighbours, visible_pixels
 from .camera import pixel_angle
 from .outline import (
     ABOVE_NOISE,
@@ -96,7 +96,7 @@ def check_outline(photograph: BallPhotograph) -> None:
     off = angle_beyond(photograph.rays, v) / size
     if not (off < 0).any():
         raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
-    residual = grey - of_neighbours(photograph.radiance).mean(axis=2)
+    residual = grey - mean_of_neighbours(photograph.radiance).mean(axis=2)
     around = residual[off > WINDOW]
     noise = scatter(around) / np.sqrt(1.25) if len(around) else 0.0
     is_bright = grey > max(BRIGHT * float(np.percentile(grey, 99.5)), ABOVE_NOISE * noise)
@@ -106,7 +106,7 @@ def check_outline(photograph: BallPhotograph) -> None:
     if is_bright.any() and not of_ball:
         raise DatasetError(f"{_WRONG}: nothing is bright there", photograph.name)
     # where only a highlight is bright, the edge of a dark and glossy ball need not be seen
-    is_whole = of_ball > _WHOLE * len(seen(photograph).pixel)
+    is_whole = of_ball > _WHOLE * len(visible_pixels(photograph).pixel)
     profile = _profile(v, photograph)
     with np.errstate(invalid="ignore"):
         brighter = np.fmax(profile.within, profile.beyond)
@@ -115,7 +115,7 @@ def check_outline(photograph: BallPhotograph) -> None:
         clear = (brighter > ABOVE_NOISE * noise) & (np.abs(profile.within - profile.beyond) > CLEAR * brighter)
         fits = clear & (np.abs(profile.edge) < MOVED)
     if np.count_nonzero(judged & fits) < _FITTING * np.count_nonzero(judged):
-        raise DatasetError(_told(judged, clear, fits, profile), photograph.name)
+        raise DatasetError(_outline_message(judged, clear, fits, profile), photograph.name)
 
 
 def _is_lit(photograph: BallPhotograph, profile: Profile, pixels: float) -> BoolArray:
@@ -128,7 +128,7 @@ def _is_lit(photograph: BallPhotograph, profile: Profile, pixels: float) -> Bool
     return np.asarray(np.sum(normal * away, axis=1) > _LIT * np.linalg.norm(away, axis=1))
 
 
-def _told(judged: BoolArray, clear: BoolArray, fits: BoolArray, profile: Profile) -> str:
+def _outline_message(judged: BoolArray, clear: BoolArray, fits: BoolArray, profile: Profile) -> str:
     """What was measured of an outline that is not where it should be."""
     others = np.abs(profile.edge[judged & clear & ~fits])
     off = f"; {len(others)} have it {np.median(others):.1f} pixels off, in the median" * bool(len(others))

@@ -272,8 +272,8 @@ def pixels_of(places: FloatArray, shape: tuple[int, int]) -> int:
 def texel_corners(corners: FloatArray, shape: tuple[int, int], *rim: float) -> FloatArray:
     """The corners of texels, (h + 1, w + 1, 3), without a rim of these shares of the sample's height and width."""
     ends = rim or (0.0, 0.0)
-    return _within(corners, *(np.clip(np.linspace(0, 1, count + 1), end, 1 - end)
-                              for count, end in zip(shape, ends, strict=True)))
+    return _points_in_sample(corners, *(np.clip(np.linspace(0, 1, count + 1), end, 1 - end)
+                                        for count, end in zip(shape, ends, strict=True)))
 
 
 def points_of(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
@@ -284,10 +284,10 @@ def points_of(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
     >>> points_of(np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]]), (1, 2)).tolist()
     [[1.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
     """
-    return _within(corners, *((np.arange(count) + 0.5) / count for count in shape)).reshape(-1, 3)
+    return _points_in_sample(corners, *((np.arange(count) + 0.5) / count for count in shape)).reshape(-1, 3)
 
 
-def _within(corners: FloatArray, v: FloatArray, u: FloatArray) -> FloatArray:
+def _points_in_sample(corners: FloatArray, v: FloatArray, u: FloatArray) -> FloatArray:
     """Points at these shares of a sample's height and width, (m,) and (n,): (m, n, 3)."""
     v, u = v[:, None, None], u[:, None]
     return np.asarray((1 - v) * ((1 - u) * corners[0] + u * corners[1])

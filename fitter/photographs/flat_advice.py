@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from .coverage import LEAST
 from .flat import Maps, evenly, frame_of, points_of
-from .flat_photograph import FlatPhotograph, Lit, observed, shading_geometry
+from .flat_photograph import FlatPhotograph, ShadingGeometry, observed, shading_geometry
 from .flat_solving import DIFFERENCE, NOISE, STEEP, normals_of, radiances, scale_of, slopes_of
 
 _TEXELS = 100               # that are looked at
@@ -71,7 +71,7 @@ def next_lamp(maps: Maps, photographs: Sequence[FlatPhotograph], places: ArrayLi
 
     middle, camera = maps.corners.mean(axis=0), photographs[-1].camera
     lamps = np.array([each.lamp for each in photographs])
-    tried = (_around(middle, frame, camera, float(np.median(np.linalg.norm(lamps - middle, axis=1))))
+    tried = (_dome_positions(middle, frame, camera, float(np.median(np.linalg.norm(lamps - middle, axis=1))))
              if places is None else np.asarray(places, dtype=float).reshape(-1, 3))
     intensity = np.median([each.intensity for each in photographs], axis=0)
     least = scale.min(axis=1, keepdims=True)
@@ -87,7 +87,7 @@ def next_lamp(maps: Maps, photographs: Sequence[FlatPhotograph], places: ArrayLi
                     float(1 - np.exp(-gains[best] / len(before))))
 
 
-def _derivatives(maps: Maps, seen: Lit, slopes: FloatArray, weights: FloatArray,
+def _derivatives(maps: Maps, seen: ShadingGeometry, slopes: FloatArray, weights: FloatArray,
                  frame: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What n texels show in p photographs, (n, p, channels), and its derivatives by the weights and both slopes:
     (n, p, channels, materials + 2)."""
@@ -101,7 +101,7 @@ def _derivatives(maps: Maps, seen: Lit, slopes: FloatArray, weights: FloatArray,
     return shown, np.concatenate([now, np.stack(turned, axis=3)], axis=3)
 
 
-def _around(middle: FloatArray, frame: FloatArray, camera: FloatArray, distance: float) -> FloatArray:
+def _dome_positions(middle: FloatArray, frame: FloatArray, camera: FloatArray, distance: float) -> FloatArray:
     """Places in a dome about the middle of a sample, those left out where lamp and camera are in each other's way."""
     k = np.arange(_PLACES)
     height = 1 - (1 - np.cos(_LOWEST)) * (k + 0.5) / _PLACES        # evenly over the sphere, in a spiral

@@ -27,7 +27,7 @@ from ..model import Reflectance
 from ..model.fit import Fit
 from ..model.microfacet import Microfacet
 from ..samples import RGB, Samples
-from .ball import STEEPEST, about
+from .ball import STEEPEST, to_local_angles
 from .binning import binned
 from .capture_setup import MOST_MATERIALS
 from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
@@ -234,7 +234,7 @@ def _mixed_of(equations: _Equations, count: int) -> tuple[_Mixed, float]:
         strengths = _strengths(equations, weights)
     weights = _weights(equations, strengths)
     order = np.argsort(-(weights.sum(axis=0) * strengths.sum(axis=(1, 2))), kind="stable")
-    gram, right = _of_weights(equations, strengths)
+    gram, right = _weight_equations(equations, strengths)
     cost = equations.square - 2 * (weights * right).sum(axis=1) + np.einsum("nm,nmk,nk->n", weights, gram, weights)
     return _Mixed(weights[:, order], strengths[order]), float(cost.sum())
 
@@ -259,7 +259,7 @@ def _ridge(gram: FloatArray) -> FloatArray:
     return np.asarray((1e-6 * size / gram.shape[-1] + np.finfo(float).tiny) * np.eye(gram.shape[-1]))
 
 
-def _of_weights(equations: _Equations, strengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _weight_equations(equations: _Equations, strengths: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The normal equations of the weights: (n, m, m) and (n, m)."""
     through = np.einsum("mcj,ncjl->nmcl", strengths, equations.gram)
     return (np.einsum("nmcl,kcl->nmk", through, strengths),
@@ -268,7 +268,7 @@ def _of_weights(equations: _Equations, strengths: FloatArray) -> tuple[FloatArra
 
 def _weights(equations: _Equations, strengths: FloatArray, free: bool = False) -> FloatArray:
     """The weights (n, m), at least 0 if not `free`."""
-    gram, right = _of_weights(equations, strengths)
+    gram, right = _weight_equations(equations, strengths)
     gram = gram + _ridge(gram)
     return np.asarray(np.linalg.solve(gram, right[..., None])[..., 0]) if free else nonnegative(gram, right)
 
@@ -307,7 +307,7 @@ def _pooled(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, te
     normal = np.broadcast_to(normals_of(texels.slopes[which], frame)[:, None], seen.lit.light[which].shape)
     used = texels.used[which] & (own > 0) & (np.minimum(*(
         np.einsum("npk,npk->np", toward[which], normal) for toward in seen.lit[:2])) > np.cos(STEEPEST))
-    directions = about(normal[used], seen.lit.light[which][used], seen.lit.view[which][used])
+    directions = to_local_angles(normal[used], seen.lit.light[which][used], seen.lit.view[which][used])
     weight = texels.weights[which, material] / np.median(texels.weights[which, material])
     brought = np.cos(directions[0])[:, None] * (seen.lit.brought[which] * weight[:, None, None])[used]
     values, deviation = (radiance - others)[used] / brought, (wrong / np.where(own > 0, own, 1))[used]

@@ -135,7 +135,7 @@ def _consistent(fits: Sequence[Reflectance], seen: Observed,
     few, now = seen.some(some), texels.part(some)
     while len(alike) > fewest and np.median(now.left) > _EXPLAINED:
         used = np.isin(np.arange(seen.good.shape[1]), alike)
-        tried = _of_each(fits, few, frame, now.slopes, used & ~np.eye(len(used), dtype=bool)[alike])
+        tried = _solve_each_choice(fits, few, frame, now.slopes, used & ~np.eye(len(used), dtype=bool)[alike])
         left = np.median(tried.left.reshape(len(alike), -1), axis=1)
         best = int(np.argmin(left))
         if not left[best] < _OF_ODD * np.median(now.left):
@@ -160,7 +160,7 @@ def _errors(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, alik
     (p,). They are solved from slopes (n, 2)."""
     photograph = np.arange(seen.good.shape[1])
     own = photograph % _GROUPS == np.arange(_GROUPS)[:, None]
-    texels = _of_each(fits, seen, frame, slopes, ~own & np.isin(photograph, alike))
+    texels = _solve_each_choice(fits, seen, frame, slopes, ~own & np.isin(photograph, alike))
     there = _repeated(seen, own)
     good = there.good & (texels.used.sum(axis=1) > 1)[:, None]
     unit = radiances(fits, there.lit, normals_of(texels.slopes, frame), good)
@@ -169,8 +169,8 @@ def _errors(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, alik
     return np.sqrt((off ** 2).sum(axis=(0, 2)) / np.maximum((size ** 2).sum(axis=(0, 2)), 1e-300))
 
 
-def _of_each(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray,
-             used: BoolArray) -> Texels:
+def _solve_each_choice(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray,
+                       used: BoolArray) -> Texels:
     """What each of some choices of photographs, (choices, p), tells of n texels, solved from slopes (n, 2) all at once:
     choices * n of them."""
     return solved(fits, _repeated(seen, used), frame, np.tile(slopes, (len(used), 1)))

@@ -62,7 +62,7 @@ class FlatPhotograph(Photograph):
         return _FLOOR * float(np.median(bright)) if len(bright) else _FLOOR
 
 
-class Lit(NamedTuple):
+class ShadingGeometry(NamedTuple):
     """How n points look at p cameras and lamps."""
 
     light: FloatArray
@@ -76,7 +76,7 @@ class Lit(NamedTuple):
 class Observed(NamedTuple):
     """What n points show in p photographs."""
 
-    lit: Lit
+    lit: ShadingGeometry
     radiance: FloatArray
     """(n, p, channels)."""
     noise: FloatArray
@@ -86,20 +86,23 @@ class Observed(NamedTuple):
 
     def some(self, which: IntArray) -> "Observed":
         """Those of some points, by their numbers."""
-        return Observed(Lit(*(part[which] for part in self.lit)), self.radiance[which], self.noise[which],
-                        self.good[which])
+        return Observed(ShadingGeometry(*(part[which] for part in self.lit)), self.radiance[which], self.noise[which],
+                                    self.good[which])
 
     def shots(self, which: IntArray) -> "Observed":
         """What some photographs show, by their numbers."""
-        return Observed(Lit(*(part[:, which] for part in self.lit)), self.radiance[:, which], self.noise[:, which],
-                        self.good[:, which])
+        lit = ShadingGeometry(*(part[:, which] for part in self.lit))
+        return Observed(lit, self.radiance[:, which], self.noise[:, which],
+                                    self.good[:, which])
 
 
-def shading_geometry(points: FloatArray, camera: FloatArray, lamp: FloatArray, intensity: FloatArray) -> Lit:
+def shading_geometry(points: FloatArray, camera: FloatArray, lamp: FloatArray,
+                     intensity: FloatArray) -> ShadingGeometry:
     """How points (n, 3) look at cameras (p, 3) and lamps (p, 3) of the intensities (p, channels)."""
     to_lamp, to_camera = (place - points[:, None] for place in (lamp, camera))
     far = np.linalg.norm(to_lamp, axis=2, keepdims=True)
-    return Lit(to_lamp / far, to_camera / np.linalg.norm(to_camera, axis=2, keepdims=True), intensity / far ** 2)
+    to_camera = to_camera / np.linalg.norm(to_camera, axis=2, keepdims=True)
+    return ShadingGeometry(to_lamp / far, to_camera, intensity / far ** 2)
 
 
 def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: FloatArray) -> Observed:

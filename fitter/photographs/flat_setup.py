@@ -22,10 +22,10 @@ from .flat import frame_of, pixels_of, points_of, texel_corners
 from .flat_chrome import View, chrome_ball, lamps_shown
 from .flat_judging import lamp_brightness
 from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, texel_means
-from .lamp_scale import Measured
+from .lamp_scale import MeasuredPlace
 from .lamps import Lamp, alike, placed_lamp
 from .light import Light, same_pictures
-from .picture_files import about
+from .picture_files import read_picture_info
 from .pictures import Part, Pictures, mask_of
 from .scale import GUESSED
 from .setup import Resolved, lights_of, size_of
@@ -163,7 +163,7 @@ def _scene(setup: CaptureSetup, corners: FloatArray | None = None) -> _Scene:
     places = places_of(sample, size)
     x, y = sample.width / 2, sample.height / 2
     whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
-    angle = viewpoint.field_of_view(setup.camera, (about(each.files[0]) for each in setup.photographs))
+    angle = viewpoint.field_of_view(setup.camera, (read_picture_info(each.files[0]) for each in setup.photographs))
     pose = _pose(setup.camera, rays_through(places, size, angle), whole, angle / size[1])
     view = View(pose.position, pose.turn, size, angle)
     if (off := pose.pixels_off(view)) > _OFF:
@@ -244,7 +244,7 @@ def _pose(camera: CameraSetup, toward: FloatArray, corners: FloatArray, pixel: f
     distance = float(np.linalg.norm(corners, axis=1).sum() / spread)
     given = camera.position
     if isinstance(given, str):
-        return _turned(np.array([0, 0, distance]), toward, corners)
+        return _aim_camera(np.array([0, 0, distance]), toward, corners)
     if given is not None and not given[2] > 0:
         raise camera.error("position", "one above the sample, z more than 0")
     tilts = [(0.0, 0.0), (0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6)]
@@ -252,11 +252,11 @@ def _pose(camera: CameraSetup, toward: FloatArray, corners: FloatArray, pixel: f
                                                 for a, b in tilts]
 
     def miss(position: FloatArray) -> FloatArray:
-        off = _turned(position, toward, corners).off.ravel() / pixel
+        off = _aim_camera(position, toward, corners).off.ravel() / pixel
         return off if given is None else np.append(off, (position - given) / (_MEASURED * np.linalg.norm(given)))
 
     ends = [end for start in starts if (end := _descended(miss, start))[2] > 0]
-    return _turned(min(ends or starts, key=lambda end: float((miss(end) ** 2).sum())), toward, corners)
+    return _aim_camera(min(ends or starts, key=lambda end: float((miss(end) ** 2).sum())), toward, corners)
 
 
 def _descended(miss: Callable[[FloatArray], FloatArray], position: FloatArray) -> FloatArray:
@@ -274,7 +274,7 @@ def _descended(miss: Callable[[FloatArray], FloatArray], position: FloatArray) -
                                damping=1e-3)[0]
 
 
-def _turned(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _Pose:
+def _aim_camera(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _Pose:
     """A camera at this position, turned so that its rays miss the corners least."""
     there = corners - position
     there /= np.linalg.norm(there, axis=1, keepdims=True)
@@ -354,11 +354,11 @@ def _shape(setup: CaptureSetup, places: FloatArray, aspect: float) -> tuple[int,
     return max(round(count * aspect), 1), count
 
 
-def _scale(scale: ScaleSetup, view: View, length: float) -> tuple[ScaleSetup, Measured]:
+def _scale(scale: ScaleSetup, view: View, length: float) -> tuple[ScaleSetup, MeasuredPlace]:
     """The scale, and what its lamps light: a card is where the sample's plane is seen in its region."""
     card = scale.card
     if card is None:
-        return scale, Measured(np.zeros(3), length)
+        return scale, MeasuredPlace(np.zeros(3), length)
     left, top, right, bottom = card.region if card.region is not None else np.zeros(4)
     ray = view.turn @ rays_through(np.array([left + right, top + bottom]) / 2, view.size, view.angle)
     if card.region is None or not ray[2] < 0:
@@ -366,7 +366,7 @@ def _scale(scale: ScaleSetup, view: View, length: float) -> tuple[ScaleSetup, Me
                                    "bottom")
     faces = np.array([0.0, 0, 1]) if card.normal is None else card.normal
     return (replace(scale, card=replace(card, normal=faces)),
-            Measured(view.position - view.position[2] / ray[2] * ray, length))
+            MeasuredPlace(view.position - view.position[2] / ray[2] * ray, length))
 
 
 def _albedo(photographs: list[FlatPhotograph], corners: FloatArray) -> float:

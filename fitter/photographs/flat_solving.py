@@ -16,8 +16,8 @@ from ..arrays import BoolArray, Directions, FloatArray, IntArray
 from ..least_squares import nonnegative
 from ..model import Reflectance
 from ..model.microfacet import Microfacet
-from .ball import STEEPEST, about
-from .flat_photograph import Lit, Observed
+from .ball import STEEPEST, to_local_angles
+from .flat_photograph import Observed, ShadingGeometry
 
 NOISE = 0.01                # of a value: what photographs are out by beside their noise, as lamps flicker
 STEEP = 0.5                 # slope that is expected of a normal, where nothing tells: 27 degrees
@@ -115,7 +115,8 @@ def slopes_of(normals: FloatArray, frame: FloatArray, most: float) -> FloatArray
     return np.where(np.linalg.norm(slopes, axis=-1, keepdims=True) < most, slopes, 0.0)
 
 
-def radiances(fits: Sequence[Reflectance], lit: Lit, normals: FloatArray, good: BoolArray | None = None) -> FloatArray:
+def radiances(fits: Sequence[Reflectance], lit: ShadingGeometry, normals: FloatArray,
+              good: BoolArray | None = None) -> FloatArray:
     """What points with normals (n, 3) send to the cameras, of each material with the weight 1.
 
     Parameters
@@ -129,7 +130,7 @@ def radiances(fits: Sequence[Reflectance], lit: Lit, normals: FloatArray, good: 
     """
     good = np.ones(lit.light.shape[:2], bool) if good is None else good
     normal = np.broadcast_to(normals[:, None], lit.light.shape)[good]
-    directions = about(normal, lit.light[good], lit.view[good])
+    directions = to_local_angles(normal, lit.light[good], lit.view[good])
     brought = np.maximum(np.cos(directions[0]), 0)[:, None] * lit.brought[good]
     found = np.zeros((*lit.brought.shape, len(fits)))
     found[good] = _reflectances(fits, directions) * brought[..., None]
@@ -351,7 +352,7 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
     observed_values = (seen.radiance * share).reshape(len(used), -1)
 
     def at(which: IntArray, tried: FloatArray) -> FloatArray:
-        part = Lit(*(each[which] for each in seen.lit))
+        part = ShadingGeometry(*(each[which] for each in seen.lit))
         found = radiances(fits, part, normals_of(tried, frame), used[which]) * share[which][..., None]
         return _with_prior(found.reshape(len(which), -1, len(fits)), observed_values[which], used[which],
                            prior)[0]

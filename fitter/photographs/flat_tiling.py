@@ -42,7 +42,7 @@ def tiled(maps: Maps) -> Maps:
     if min(height, width) < LEAST_TEXELS:
         raise ValueError(f"{width} x {height} texels, a tile is cut from {LEAST_TEXELS} or more along both sides")
     with progress.part(0.0, 0.8, "Looking from above"):
-        blended = [_seen(maps), maps.weights, maps.normals]
+        blended = [_lightness_from_above(maps), maps.weights, maps.normals]
     progress.report(0.8, "Cutting a tile")
     taken: list[FloatArray] = [maps.deviation, maps.used[..., None].astype(float)]
     for is_closed in (False, True):
@@ -59,7 +59,7 @@ def tiled(maps: Maps) -> Maps:
                    corners=middle + np.stack([-x - y, x - y, x + y, y - x]))
 
 
-def _seen(maps: Maps) -> FloatArray:
+def _lightness_from_above(maps: Maps) -> FloatArray:
     """The cube roots of what each texel shows from above, under each lamp: (h, w, lamps * channels)."""
     middle, (along, up) = maps.corners.mean(axis=0), maps.corners[[1, 3]] - maps.corners[0]
     size = float(np.linalg.norm(along + up))

@@ -12,19 +12,19 @@ from .ball import BallPhotograph
 from .capture_setup import Known, ScaleSetup
 from .lamps import FAR, Lamp, alike, placed_lamp
 from .light import Light
-from .picture_files import about
+from .picture_files import read_picture_info
 from .pictures import Pictures
 from .scale import intensity_of_ball, intensity_of_card
 
 
-class Measured(NamedTuple):
+class MeasuredPlace(NamedTuple):
     """What is measured: where it is, (3,), and its size; metres."""
 
     middle: FloatArray
     size: float
 
 
-def intensity_of(scale: ScaleSetup, pictures: Pictures, channels: int, what: Measured, lamps_are_far: bool,
+def intensity_of(scale: ScaleSetup, pictures: Pictures, channels: int, what: MeasuredPlace, lamps_are_far: bool,
                  photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph] | None = None,
                  ) -> tuple[FloatArray, tuple[str, ...]]:
     """The radiant intensity of lamps, (channels,), W/sr in units of the pictures, and a note of where it is from.
@@ -57,7 +57,7 @@ def intensity_of(scale: ScaleSetup, pictures: Pictures, channels: int, what: Mea
         raise DatasetError(str(error), known.file[0]) from error
 
 
-def resolved(scale: ScaleSetup, what: Measured, lamps_are_far: bool) -> ScaleSetup:
+def resolved(scale: ScaleSetup, what: MeasuredPlace, lamps_are_far: bool) -> ScaleSetup:
     """The scale with what belongs to the places of lamps far away, in the place of directions."""
     if not lamps_are_far or scale.albedo is not None:
         return scale
@@ -70,7 +70,7 @@ def resolved(scale: ScaleSetup, what: Measured, lamps_are_far: bool) -> ScaleSet
 
 def _region(card: Known, pictures: Pictures) -> FloatArray:
     """The radiance of the pixels that a card fills: (n, channels)."""
-    height, width = about(card.file[0]).size
+    height, width = read_picture_info(card.file[0]).size
     left, top, right, bottom = (0, 0, 0, 0) if card.region is None else card.region.astype(int).tolist()
     if not (0 <= left < right <= width and 0 <= top < bottom <= height):
         raise card.error("region", f"left, top, right and bottom within {width} x {height} pixels")
@@ -81,7 +81,7 @@ def _region(card: Known, pictures: Pictures) -> FloatArray:
     return np.asarray(part)
 
 
-def _lamp(known: Known, what: Measured, others_are_far: bool) -> FloatArray:
+def _lamp(known: Known, what: MeasuredPlace, others_are_far: bool) -> FloatArray:
     """The place of the lamp that lights what is known."""
     lamp = placed_lamp(known, what.middle)
     alike([lamp, Lamp(lamp.toward, others_are_far)], known.path)

@@ -108,7 +108,7 @@ def merged(exposures: Sequence[Exposure]) -> Light:
     return Light(radiance, noise, known)
 
 
-def without(light: Light, dark: Light) -> Light:
+def subtract_dark(light: Light, dark: Light) -> Light:
     """Light less what was there with the lamp off."""
     _same_size(light.radiance, dark.radiance, "the photograph with the lamp off")
     return Light(light.radiance - dark.radiance, np.hypot(light.noise, dark.noise), light.known & dark.known)

@@ -71,15 +71,17 @@ def _project(text: str, path: Path) -> LightPositions:
     if isinstance(images, list) and images and all(isinstance(each, dict) for each in images):
         folder = str(values.get("folder") or ".")
         return _positions([str(Path(folder, str(each.get("filename", "")))) for each in images],
-                          [np.zeros(3) if each.get("skip") is True else _of_project(each.get("direction"), number, path)
+                          [np.zeros(3) if each.get("skip") is True else
+                           _project_direction(each.get("direction"), number, path)
                            for number, each in enumerate(images, start=1)], path)
     if isinstance(lights, list) and lights and len(lights) % 3 == 0:
         return _positions([""] * (len(lights) // 3),
-                          [_of_project(lights[k:k + 3], k // 3 + 1, path) for k in range(0, len(lights), 3)], path)
+                          [_project_direction(lights[k:k + 3], k // 3 + 1, path)
+                           for k in range(0, len(lights), 3)], path)
     raise DatasetError("a project without images that have directions, or lights of three numbers each", path)
 
 
-def _of_project(value: object, number: int, path: Path) -> FloatArray:
+def _project_direction(value: object, number: int, path: Path) -> FloatArray:
     """A direction as a list, or as x, y and z by name; 0 where there is none."""
     numbers = [value.get(key) for key in "xyz"] if isinstance(value, dict) else value
     if numbers is None:

@@ -69,7 +69,7 @@ def profile_of(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, m
     window = int(max(min(WINDOW, gamma / size / 2), 3))
     off = angle_beyond(rays, v) / size
     near = np.abs(off) < window if mask is None else (np.abs(off) < window) & mask
-    x, y = _across(axis)
+    x, y = _perpendicular_axes(axis)
     sector = _sector(rays[near], x, y)
     off, value = off[near], grey[near]
     edge = _steps(sector, off, value, np.arange(1 - window, window - 1 + _STEP / 2, _STEP))
@@ -116,7 +116,7 @@ def robust(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArray
         v = np.asarray(np.linalg.lstsq(near, np.ones(len(near)), rcond=None)[0], dtype=float)
         off = np.abs(angle_beyond(touching, v)) / size
         near = touching[off <= 3 * TO_SIGMA * np.median(off) + 0.05]       # not a stand, nor where the lit part ends
-    x, y = _across(v / np.linalg.norm(v))
+    x, y = _perpendicular_axes(v / np.linalg.norm(v))
     return np.asarray(v), len(np.unique(_sector(near, x, y))) / SECTORS
 
 
@@ -125,7 +125,7 @@ def _sector(rays: FloatArray, x: FloatArray, y: FloatArray) -> IntArray:
     return ((np.arctan2(rays @ y, rays @ x) / (2 * np.pi) + 1) * SECTORS).astype(int) % SECTORS
 
 
-def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _perpendicular_axes(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Two unit vectors at right angles to an axis and to each other."""
     x = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     x /= np.linalg.norm(x)

@@ -91,7 +91,7 @@ class Picture:
         return self.linear()[1]
 
 
-class About(NamedTuple):
+class PictureInfo(NamedTuple):
     """What a file says of its photograph: height and width in pixels, and as in `Picture`."""
 
     size: tuple[int, int]
@@ -188,12 +188,12 @@ def _opened(path: Path) -> Iterator[Any]:
         file.close()
 
 
-def about(path: str | Path) -> About:
+def read_picture_info(path: str | Path) -> PictureInfo:
     """What a file says of its photograph, of which no pixel is read. Raises as `read_picture` does."""
     with _opened(Path(path)) as file:
         spec = file.spec()
-        return About(_size(spec, Path(path)), _exposure(spec), _field_of_view(spec),
-                     _positive(spec, "Exif:FocalLength"))
+        return PictureInfo(_size(spec, Path(path)), _exposure(spec), _field_of_view(spec),
+                           _positive(spec, "Exif:FocalLength"))
 
 
 def _colours(spec: Any, path: Path) -> tuple[list[int], tuple[str, ...]]:

@@ -9,8 +9,8 @@ from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError, printable
 from .ball import check_bright
 from .capture_setup import BallSetup, CameraSetup, LampSetup, Lit, SampleSetup
-from .light import Exposure, Light, flattened, merged, middle_of, without
-from .picture_files import Picture, about, read_picture
+from .light import Exposure, Light, flattened, merged, middle_of, subtract_dark
+from .picture_files import Picture, read_picture, read_picture_info
 
 _MASKED = 0.5               # of white
 _BAND = 1 << 20             # pixels that are merged at a time
@@ -72,9 +72,9 @@ class Pictures:
         light, path = self.light(given, key, part), getattr(given, key)[0]
         try:
             if dark is not None:
-                light = without(light, dark)
+                light = subtract_dark(light, dark)
             if flat is not None and self.lamp.flat:
-                size = about(self.lamp.flat[0]).size
+                size = read_picture_info(self.lamp.flat[0]).size
                 middle = self._known_light("flat", middle_of(size))
                 light = flattened(light, flat, middle.radiance.mean(axis=(0, 1)))
         except DatasetError as error:

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import joined
 from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples
-from .ball import STEEPEST, BallPhotograph, Measured, measured
+from .ball import STEEPEST, BallPhotograph, PixelReflectances, measured
 from .ball_placing import check_outline, placed
 from .binning import binned
 
@@ -79,7 +79,7 @@ def _size(photograph: BallPhotograph) -> str:
     return f"{width} x {height} pixels with {channels} channel{'s' * (channels > 1)}"
 
 
-def _notes(photographs: Sequence[BallPhotograph], parts: Sequence[Measured]) -> tuple[str, ...]:
+def _notes(photographs: Sequence[BallPhotograph], parts: Sequence[PixelReflectances]) -> tuple[str, ...]:
     used, left_out = sum(len(part.reflectance) for part in parts), sum(part.left_out for part in parts)
     lamps = " ".join(f"{np.degrees(each.phase_angle):.0f}" for each in photographs)
     without = f"; {left_out:,} saturated, dark or masked ones are left out" if left_out else ""

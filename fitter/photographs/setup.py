@@ -17,7 +17,7 @@ from .ball_finding import brightest, disc_of, find_ball
 from .capture_setup import BallSetup, CaptureSetup, Shot, read
 from .lamps import ChromeBall, Lamp, alike, mirrored_lamp, placed_lamp
 from .light import Light, same_pictures
-from .picture_files import about
+from .picture_files import read_picture_info
 from .pictures import Part, Pictures, mask_of
 from .samples import gathered, in_place
 from .scale import reflected, scaled, too_bright
@@ -25,7 +25,7 @@ from .scale import reflected, scaled, too_bright
 RADIUS = 0.025              # m, of a ball whose size does not matter
 
 
-class Measured(NamedTuple):
+class BallMeasurement(NamedTuple):
     """What photographs measure."""
 
     samples: Samples
@@ -51,7 +51,7 @@ class _Stage(NamedTuple):
     view: viewpoint.Viewpoint
     camera: FloatArray
     """Its place, also where it is far."""
-    ball: lamp_scale.Measured
+    ball: lamp_scale.MeasuredPlace
     mask: BoolArray
     notes: tuple[str, ...]
 
@@ -69,7 +69,7 @@ def measure(path: str | Path) -> Samples:
     return measured(read(path)).samples
 
 
-def measured(setup: CaptureSetup) -> Measured:
+def measured(setup: CaptureSetup) -> BallMeasurement:
     """The same of a description that has been read, or made elsewhere. Raises as `measure` does."""
     photographs, notes = _photographs(setup)
     photographs = in_place(photographs, setup.title)
@@ -81,10 +81,10 @@ def measured(setup: CaptureSetup) -> Measured:
         bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
         # what is a guess of the samples' scale is one of the lamp's intensity
         share = float(samples.values.sum() / guessed.values.sum())
-        return Measured(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
-                        (*same, *bright))
+        return BallMeasurement(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
+                               (*same, *bright))
     bright = too_bright(reflected(samples))
-    return Measured(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
+    return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
 
 
 def photographed(setup: CaptureSetup) -> list[BallPhotograph]:
@@ -118,7 +118,7 @@ def size_of(setup: CaptureSetup) -> tuple[int, int]:
     """Height and width of the photographs. Raises DatasetError if they have several."""
     sizes: dict[tuple[int, int], Shot] = {}
     for each in setup.photographs:
-        sizes.setdefault(about(each.files[0]).size, each)
+        sizes.setdefault(read_picture_info(each.files[0]).size, each)
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
             f"{each.name} {width} x {height}" for (height, width), each in sizes.items()), setup.path)
@@ -155,7 +155,7 @@ def _stage(setup: CaptureSetup, lights: Sequence[Light], pictures: Pictures) -> 
             notes = "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre),
     else:
         position = view.position
-    return _Stage(view, position, lamp_scale.Measured(centre, radius),
+    return _Stage(view, position, lamp_scale.MeasuredPlace(centre, radius),
                   np.ones((height, width), bool) if mask is None else mask, notes)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from . import camera as cameras
 from .capture_setup import CameraSetup
-from .picture_files import About, Picture
+from .picture_files import Picture, PictureInfo
 
 FAR_VIEW = np.radians(1.0)  # of one whose lens nobody knows either: its rays are parallel, nearly
 
@@ -46,7 +46,7 @@ def viewpoint(camera: CameraSetup, pictures: Iterable[Picture], size: tuple[int,
                      cameras.rays(*size, angle, turned))
 
 
-def field_of_view(camera: CameraSetup, pictures: Iterable[Picture | About]) -> float:
+def field_of_view(camera: CameraSetup, pictures: Iterable[Picture | PictureInfo]) -> float:
     """The angle of the pictures' width, radians, by the description, or else by what the pictures say."""
     if camera.field_of_view is not None:
         return float(np.radians(camera.field_of_view))

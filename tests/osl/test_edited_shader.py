@@ -34,7 +34,7 @@ FITS = {
 def test_the_shader_evaluates_the_edited_fit(blender, curet, cornell, random, name, edit):
     from measured_brdf.addon.core.blender import osl_support
 
-    assert not osl_support.missing()
+    assert not osl_support.reason_unavailable()
     measured = FITS[name](curet, cornell)
     fit = edited(measured, **EDITS[edit])
     vectors = direction_pairs(random)

@@ -116,7 +116,7 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
 def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fits, radii, frugal, counts):
     from measured_brdf.addon.core.blender import osl_support
 
-    assert not osl_support.missing()
+    assert not osl_support.reason_unavailable()
     code = f"""
       LampList lamps;
       lamps.count = {len(radii)};

@@ -37,7 +37,7 @@ def probe(blender):
     """OSL code with a mixture, in a shader of some fit."""
     from measured_brdf.addon.core.blender import osl_support
 
-    assert not osl_support.missing()
+    assert not osl_support.reason_unavailable()
     fit = MADE_FITS["half and difference"]
     return lambda mixture, code, count, **tables: probe_osl(fit, code, count, mixture=mixture, **tables)
 

@@ -179,7 +179,7 @@ def test_a_group_that_was_made_without_osl_renders_nodes_and_can_be_completed(bl
 
     fit = standard("velvet")
     with monkeypatch.context() as patched:
-        patched.setattr(osl_support, "missing", lambda: osl_support.NO_OSL)
+        patched.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
         scene, material = sphere(fit, osl=True)
         tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
         assert node_group.version(tree) > 0

@@ -40,7 +40,7 @@ def foil(curet):
 def probe(blender):
     from measured_brdf.addon.core.blender import osl_support
 
-    assert not osl_support.missing()
+    assert not osl_support.reason_unavailable()
     return probe_osl
 
 

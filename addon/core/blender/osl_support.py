@@ -13,7 +13,7 @@ NO_OSL = ("This Blender was built without OSL (Open Shading Language): measured 
 
 
 @functools.cache
-def missing() -> str:
+def reason_unavailable() -> str:
     """Why OSL shaders cannot be compiled here; empty if they can. Cached, because panels ask at every redraw."""
     make_importable("OpenImageIO")      # oslquery imports it
     make_importable("oslquery")

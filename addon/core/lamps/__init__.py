@@ -110,7 +110,7 @@ def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer)
     """Write lamps into a carrier, with drivers for those that need them."""
     names = Counter(item.name for _, item in listed if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
-    wanted = {_identity(item): drivers.wanted(not_none(item.original), layer) for _, item in listed
+    wanted = {_identity(item): drivers.driver_expressions(not_none(item.original), layer) for _, item in listed
               if item is not None and names[item.name] == 1}
     if any(wanted.values()):
         listed = _in_order_of(_object_order.get(held.session_uid, []), listed)

@@ -26,7 +26,7 @@ _WORDS = re.compile(r"[a-z_]\w*")
 _POSITION, _SIZE, _STRENGTH = range(3), 3, 4
 
 
-def wanted(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
+def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
     """The values of a lamp that need drivers, because they can change without an edit: {index: expression}.
 
     The lamp is a light of the view layer, not evaluated.

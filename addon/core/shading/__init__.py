@@ -1,4 +1,5 @@
 """Building a material of a fit: bytecode, node group, closure nodes, mixes, exported surface; how it is rendered.
 
-`material` is the way in. Of lamps it knows the group that holds them; libraries, checks and slices import it.
+`material` is the way in. It has `lamps` write those of the scene into each new group; libraries, checks and slices
+import it.
 """

@@ -41,7 +41,7 @@ def compile_surface(surface: Surface) -> Shader:
 
 def compile_shader(source: str, nodes: Nodes, fit: bytes = b"") -> Shader:
     """Compile OSL source, to go with closure nodes and a fit. Raises CompileError."""
-    return Shader(source, "" if osl_support.missing() else _bytecode(source), nodes, fit)
+    return Shader(source, "" if osl_support.reason_unavailable() else _bytecode(source), nodes, fit)
 
 
 def _bytecode(source: str) -> str:

@@ -54,7 +54,7 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
     albedo = scene_color(surface, surface.albedo)
     material.diffuse_color, material.roughness = (*albedo, 1), surface.principled.roughness
     material.metallic = 0           # the Solid viewport has next to nothing for metals to reflect
-    export = _made(not_none(material.node_tree))
+    export = _export_node(not_none(material.node_tree))
     if export is not None:
         fitted = inputs(surface.principled, lambda color: scene_color(surface, color))
         export[_SHOWN] = {**_written(export), _ALBEDO: tuple(albedo)}
@@ -65,7 +65,7 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
 def mix(material: bpy.types.Material, node: bpy.types.Node) -> None:
     """Make the Principled BSDF of a mix that `node` shows, between those of its materials."""
     if _blended(node, material, lambda socket: _product(socket).constant):
-        _made(not_none(material.node_tree))
+        _export_node(not_none(material.node_tree))
         follow(material, node)
 
 
@@ -419,7 +419,7 @@ def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     return node if node is not None and node.bl_idname == "ShaderNodeBsdfPrincipled" else None
 
 
-def _made(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+def _export_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     """The Principled BSDF to set, which is made where there is none; None if the user exports something else."""
     node = _node(tree)
     outputs = [each for each in tree.nodes if each.type == "OUTPUT_MATERIAL"]

@@ -148,7 +148,7 @@ def version(tree: bpy.types.NodeTree) -> int:
 
     It is 0 for a shader that is still to be compiled, in a Blender that can.
     """
-    stored, is_made = tree.get(_VERSION), is_compiled(tree) or bool(osl_support.missing())
+    stored, is_made = tree.get(_VERSION), is_compiled(tree) or bool(osl_support.reason_unavailable())
     return stored if isinstance(stored, int) and is_made else 0
 
 

@@ -56,7 +56,7 @@ def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     why = off or ("" if is_chosen or _is_compiled(tree) else _NOT_COMPILED)
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
-    can_enable = (bool(off) and chosen != NODES and not osl_support.missing()
+    can_enable = (bool(off) and chosen != NODES and not osl_support.reason_unavailable()
                   and device.effective_device(scene) in device.WITH_OSL)
     if in_eevee(scene):
         return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
@@ -90,7 +90,7 @@ def without_osl(scene: bpy.types.Scene) -> str:
         return _IN_EEVEE
     if str(scene.render.engine) != "CYCLES":
         return _IN_ANOTHER
-    if osl_support.missing():
+    if osl_support.reason_unavailable():
         return "this Blender was built without OSL"
     found = device.effective_device(scene)
     if found not in device.WITH_OSL:
@@ -148,7 +148,7 @@ def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     text = f"{brief(found, chosen)}, an approximation" if found.how == NODES else brief(found, chosen)
     if found.can_enable:
         return f"{text}. Enable OSL in its panel renders it exactly"
-    if found.how == NODES and not osl_support.missing() and chosen != NODES:
+    if found.how == NODES and not osl_support.reason_unavailable() and chosen != NODES:
         return f"{text}. The CPU, with OSL on, renders it exactly"
     return text
 

@@ -13,7 +13,7 @@ from ....fitter.quality.describe import Description
 from ..annotations import Arguments
 
 
-class Measured(NamedTuple):
+class Measurement(NamedTuple):
     """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
 
     `how` are keyword arguments of `fitter.load`, as JSON; name, channels and colours are those of the samples, which
@@ -32,7 +32,7 @@ class Measured(NamedTuple):
 class Data(NamedTuple):
     """Measurements and their description."""
 
-    measured: Measured
+    measured: Measurement
     description: Description
 
     @property
@@ -50,7 +50,7 @@ class Fitted(NamedTuple):
     unseen: float = verdict.UNKNOWN
 
 
-class Kept(NamedTuple):
+class EmbeddedFit(NamedTuple):
     """A fit that a material keeps, as `Fit.to_bytes` returns it, and its name."""
 
     fit: bytes
@@ -63,7 +63,7 @@ class Kept(NamedTuple):
         return hashlib.blake2b(f"{self.name}\n{self.colours}\n".encode() + self.fit, digest_size=16).hexdigest()
 
 
-class Wanted(NamedTuple):
+class FitRequest(NamedTuple):
     """The fit that measurements have with some arguments; nobody need have made it yet."""
 
     data: Data
@@ -83,8 +83,8 @@ class Wanted(NamedTuple):
 class KeptMix(NamedTuple):
     """The fits that a mix keeps, each of a material or of a mix; and the share of the second, None with a mask."""
 
-    first: "Kept | KeptMix"
-    second: "Kept | KeptMix"
+    first: "EmbeddedFit | KeptMix"
+    second: "EmbeddedFit | KeptMix"
     share: float | None
 
     @property
@@ -98,7 +98,7 @@ class KeptMix(NamedTuple):
         return self.first.colours
 
 
-Shown = Kept | KeptMix | Wanted
+Shown = EmbeddedFit | KeptMix | FitRequest
 """A fit that pictures are made of."""
 
 
@@ -134,7 +134,7 @@ class Surface(NamedTuple):
 class Outcome(NamedTuple):
     """Everything that a material is made from; `doubt` is what is to be said of measurements that no surface has."""
 
-    measured: Measured
+    measured: Measurement
     fitted: Fitted
     verdict: verdict.Verdict
     surface: Surface

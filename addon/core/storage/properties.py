@@ -200,7 +200,7 @@ def name_of_fit(settings: Any) -> str:
     return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
 
 
-class Worth(NamedTuple):
+class QualitySummary(NamedTuple):
     """What a material is worth: in a line, in full, whether that is all one could wish for, and whether it is bad."""
 
     line: str
@@ -219,18 +219,18 @@ class Worth(NamedTuple):
         return "WARNING" if self.is_bad else "INFO"
 
 
-def quality_summary(settings: Any) -> Worth:
+def quality_summary(settings: Any) -> QualitySummary:
     """What the fit of a material is worth; empty where it was not judged."""
     name = published.name_in(settings.filepath)
     if name is not None:
         try:
             material = published.find(name)
             line = material.brief if material.is_computed else "Published fit, not a measurement"
-            return Worth(line, material.brief, material.is_computed)
+            return QualitySummary(line, material.brief, material.is_computed)
         except DatasetError as error:
-            return Worth(str(error), str(error), False)
+            return QualitySummary(str(error), str(error), False)
     if not settings.match >= 0 and (math.isnan(settings.rmse) or not settings.version):
-        return Worth("", "", False)             # its measurements are in no file, or nobody judged it
+        return QualitySummary("", "", False)             # its measurements are in no file, or nobody judged it
     judged = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
     is_adjusted = settings.adjusted != as_text({})
     line, whole, after = verdict.line(judged), verdict.sentence(judged), ""
@@ -240,7 +240,7 @@ def quality_summary(settings: Any) -> Worth:
     is_bad = verdict.at_samples(judged).is_bad
     if is_bad:
         after = _OF_THE_BEST if judged.match < 0 or name_of_fit(settings) == _BEST else _OF_OTHERS
-    return Worth(f"{line}{after}", f"{whole}{after}", verdict.is_well(judged) and not is_adjusted, is_bad)
+    return QualitySummary(f"{line}{after}", f"{whole}{after}", verdict.is_well(judged) and not is_adjusted, is_bad)
 
 
 def is_preset(choices: Choices, name: str) -> bool:

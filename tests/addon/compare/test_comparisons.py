@@ -15,10 +15,10 @@ def fits(glossy):
 
 @pytest.fixture(scope="module")
 def kept(extension, fits):
-    from measured_brdf.addon.core.storage.outcomes import Kept
+    from measured_brdf.addon.core.storage.outcomes import EmbeddedFit
     from measured_brdf.addon.work import tasks
 
-    return [Kept(tasks.kept_bytes(fit), fit.name, "Rec.709") for fit in fits]
+    return [EmbeddedFit(tasks.kept_bytes(fit), fit.name, "Rec.709") for fit in fits]
 
 
 @pytest.fixture
@@ -64,11 +64,11 @@ def test_figures_are_counted_and_integrated(comparisons, kept, fits, random):
 
 
 def test_a_grey_fit_has_one_albedo_three_times(comparisons, glossy):
-    from measured_brdf.addon.core.storage.outcomes import Kept
+    from measured_brdf.addon.core.storage.outcomes import EmbeddedFit
     from measured_brdf.addon.work import tasks
 
     grey = fitter.Samples(*glossy.directions, glossy.values[:, :1], ("grey",), "grey")
-    kept = Kept(tasks.kept_bytes(fitter.fit(grey, 2, None, method="mba")), "grey", "Rec.709")
+    kept = EmbeddedFit(tasks.kept_bytes(fitter.fit(grey, 2, None, method="mba")), "grey", "Rec.709")
     albedo = comparisons.figures(kept).albedo
     assert albedo.shape == (3,)
     assert np.ptp(albedo) == 0 < albedo[0]

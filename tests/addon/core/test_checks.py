@@ -86,7 +86,7 @@ def test_where_osl_cannot_run_the_way_out_of_exact_is_automatic(blender, scene, 
 
     material = measured(blender, glossy, write_astm, tmp_path, rendering="EXACT")
     if without == "OSL":
-        monkeypatch.setattr(osl_support, "missing", lambda: "no OSL")
+        monkeypatch.setattr(osl_support, "reason_unavailable", lambda: "no OSL")
     else:
         scene.render.engine = EEVEE
     assert "osl" in keys(scene)

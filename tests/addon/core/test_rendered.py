@@ -290,7 +290,7 @@ def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, 
         patch.setattr(devices, "effective_device", lambda scene: "CUDA")
         assert told().endswith("because Cycles has no OSL on CUDA devices, an approximation. The CPU, with OSL on, "
                                "renders it exactly")
-    monkeypatch.setattr(osl_support, "missing", lambda: "no OSL")
+    monkeypatch.setattr(osl_support, "reason_unavailable", lambda: "no OSL")
     assert told().endswith("because this Blender was built without OSL, an approximation")
 
 

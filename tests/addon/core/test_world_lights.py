@@ -136,6 +136,14 @@ def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_
     assert third not in (first, second)
 
 
+@pytest.mark.parametrize(("rows", "has_spots"), [(15, False), (32, True)])
+def test_an_image_of_few_rows_has_no_spot_wherever_it_is_bright(extension, rows, has_spots):
+    spots = extension.addon.core.lamps.world_lights.spots
+    images = np.ones((rows, rows, 2 * rows))
+    images[np.arange(rows), np.arange(rows), 5] = 1000          # one for each height of the bright texel
+    assert any(map(spots, images)) == has_spots
+
+
 def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):
     sky, looked = extension.addon.core.lamps.world_lights, []
     spots = sky.spots

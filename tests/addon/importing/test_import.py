@@ -158,7 +158,7 @@ def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypat
     from measured_brdf.addon.core.blender import osl_support
     from measured_brdf.addon.core.shading import rendered
 
-    monkeypatch.setattr(osl_support, "missing", lambda: osl_support.NO_OSL)
+    monkeypatch.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
     import_file(blender, file)
     now = rendered.in_scene(cube.active_material, blender.context.scene)
     assert now.how == "NODES"

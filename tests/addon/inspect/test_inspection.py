@@ -40,7 +40,7 @@ def above(parts):
 def inspected(parts):
     spot = parts.surface.Spot(1, 2, np.zeros(3), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), True, 0.0, "around Z")
     made = parts.inspection.Inspection(spot, 0.5, math.radians(40), 0.3)
-    made.show(parts.inspection.Shown(FIT, "steel", "Rec.709"))
+    made.show(parts.inspection.InspectedSurface(FIT, "steel", "Rec.709"))
     return made
 
 
@@ -124,7 +124,7 @@ def test_keys_switch_the_radius_and_the_plot_and_move_the_light(inspected):
 
 
 def test_another_fit_has_another_curve_and_other_values(inspected, parts):
-    other = parts.inspection.Shown(prior.lambertian(np.array([[0.2]])), "paper", "Rec.709")
+    other = parts.inspection.InspectedSurface(prior.lambertian(np.array([[0.2]])), "paper", "Rec.709")
     assert inspected.show(other)
     assert not inspected.show(other)
     np.testing.assert_allclose(inspected.curve[1], 0.2)

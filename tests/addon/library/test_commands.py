@@ -21,7 +21,7 @@ def test_counts_and_shards_out_of_range_are_refused(extension, tmp_path, capsys,
 @pytest.mark.parametrize("reason", ["", "This Blender has no OSL"])
 @pytest.mark.parametrize(("name", "out"), [("convert", "a.blend"), ("render", "pictures")])
 def test_a_blender_without_osl_is_noted(extension, tmp_path, monkeypatch, name, out, reason):
-    monkeypatch.setattr(extension.addon.library.command.osl_support, "missing", lambda: reason)
+    monkeypatch.setattr(extension.addon.library.command.osl_support, "reason_unavailable", lambda: reason)
     (tmp_path / "data").mkdir()
     said = command.run(name, tmp_path / "data", "-o", tmp_path / out)
     assert [line for line in said.stderr.splitlines() if line.startswith("note:")] == [f"note: {reason}"] * bool(reason)

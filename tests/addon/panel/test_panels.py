@@ -171,7 +171,7 @@ def test_a_dialog_has_the_choices_of_the_format_at_hand(ui, material, monkeypatc
 def test_one_line_tells_how_many_files_of_the_data_folder_cannot_be_read(ui, extension, monkeypatch):
     from measured_brdf.addon.starter import panel, shelf, thumbnails
 
-    unreadable = [thumbnails.Found(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
+    unreadable = [thumbnails.FolderEntry(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
     monkeypatch.setattr(shelf, "watched", lambda folder: SimpleNamespace(error=None, result=unreadable))
     monkeypatch.setattr(panel.preferences, "get", lambda context: SimpleNamespace(data_folder="/data"))
     assert panel.MEASUREDBRDF_PT_folder.poll(bpy.context)
@@ -582,15 +582,15 @@ def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settin
             type(each).__name__ for each in arguments if hasattr(each, "digest")))), (7, done))[1])
     look = extension.addon.compare.curves.MEASUREDBRDF_PT_pictures
     drawn(ui, look, material)
-    assert set(asked) == {("material_sphere",), ("polar_plot", "Kept"), ("polar_plot", "Kept", "Data")}
+    assert set(asked) == {("material_sphere",), ("polar_plot", "EmbeddedFit"), ("polar_plot", "EmbeddedFit", "Data")}
     asked.clear()
     material.measured_brdf.diffuse_level += 1
     drawn(ui, look, material)
-    assert set(asked) == {("lit_sphere", "Wanted"), ("polar_plot", "Wanted", "Data")}
+    assert set(asked) == {("lit_sphere", "FitRequest"), ("polar_plot", "FitRequest", "Data")}
     asked.clear()
     material.measured_brdf.filepath = "/nowhere/file.astm"
     draw(look, material=material)
-    assert set(asked) == {("material_sphere",), ("polar_plot", "Kept")}
+    assert set(asked) == {("material_sphere",), ("polar_plot", "EmbeddedFit")}
 
 
 def test_a_picture_that_is_drawn_anew_moves_nothing_below_it(extension):

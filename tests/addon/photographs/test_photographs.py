@@ -485,7 +485,7 @@ def once(monkeypatch):
             return known[key]
         return remembered
 
-    for name in ("found", "outline", "measured"):
+    for name in ("find_description", "outline", "measured"):
         monkeypatch.setattr(work, name, remembering(getattr(work, name)))
 
 

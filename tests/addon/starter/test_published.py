@@ -213,11 +213,13 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
     def asked():
         return [question.key for lane in queue._lanes.values() for question in lane.pending()]
 
-    monkeypatch.setattr(shelf, "offered", lambda *_, all_offered=shelf.offered: all_offered("gold", "metal"))
     draw(main.MEASUREDBRDF_PT_material)
     assert asked() == []
+    choices = bpy.context.window_manager.measured_brdf_shelf
+    choices.search = "gold"
     opened = draw(panel.MEASUREDBRDF_PT_library, window=None)
-    shown = shelf.offered()
+    choices.property_unset("search")
+    shown = shelf.offered("gold", shelf.ALL)
     assert len(shown) > 1
     assert opened.kinds.count("picture") == len(shown)
     assert shelf.coming() == {each.name for each in shown}

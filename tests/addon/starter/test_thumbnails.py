@@ -214,7 +214,7 @@ def test_the_picture_of_an_unreadable_measurement_is_an_error(thumbnails, folder
 def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeypatch):
     """The queue keeps few answers: with more broken files than that in a folder, each would be asked for again."""
     from measured_brdf.addon.starter import shelf
-    from measured_brdf.addon.starter.thumbnails import Found
+    from measured_brdf.addon.starter.thumbnails import FolderEntry
     from measured_brdf.addon.work.job import Job
 
     asked = []
@@ -226,7 +226,7 @@ def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeyp
         return job
 
     monkeypatch.setattr(shelf.queue, "ask", ask)
-    file = Found("broken.csv", "", (1, 2))
+    file = FolderEntry("broken.csv", "", (1, 2))
     shown = [shelf.measurement_icon(file, {}) for _ in range(4)]
     assert [str(error) for _, error in shown] == ["the worker was killed", *["no units"] * 3]
     assert len(asked) == 2

@@ -32,9 +32,9 @@ def test_a_file_that_is_read_as_isotropic_is_other_measurements(tasks, data):
 
 @release
 def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path):
-    from measured_brdf.addon.core.storage.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import FitRequest
 
-    drawn = tasks.lit_sphere(Wanted(data, CHEAP), None)
+    drawn = tasks.lit_sphere(FitRequest(data, CHEAP), None)
     thumbnail = tasks.asset(data.measured.path, None, CHEAP, str(tmp_path / "fits"))[1]
     assert drawn.shape == thumbnail.shape
     differ = (drawn != thumbnail).any(axis=-1).mean()
@@ -42,31 +42,31 @@ def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path
 
 
 def test_the_polar_plot_turns_with_the_light(tasks, data):
-    from measured_brdf.addon.core.storage.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import FitRequest
 
-    there, shown = tasks.polar_plot(Wanted(data, CHEAP), data, np.radians(30), 0.0)
-    turned, shown_turned = tasks.polar_plot(Wanted(data, CHEAP), data, np.radians(30), np.radians(60))
+    there, shown = tasks.polar_plot(FitRequest(data, CHEAP), data, np.radians(30), 0.0)
+    turned, shown_turned = tasks.polar_plot(FitRequest(data, CHEAP), data, np.radians(30), np.radians(60))
     assert shown == shown_turned == pytest.approx(np.radians(30))
     assert (there != turned).any()
 
 
 def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypatch):
-    from measured_brdf.addon.core.storage.outcomes import Fitted, Wanted
+    from measured_brdf.addon.core.storage.outcomes import FitRequest, Fitted
 
     monkeypatch.setattr(tasks, "fitted_of", lambda *_: Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
-    picture = tasks.turned_plane(Wanted(data, CHEAP), np.radians(30)).mean(axis=-1)
+    picture = tasks.turned_plane(FitRequest(data, CHEAP), np.radians(30)).mean(axis=-1)
     mirror = picture[int((0.5 + 60 / 180) * len(picture))]        # 30 degrees beyond the mirror direction
     along, across = mirror[[0, 128]].mean(), mirror[[64, 192]].mean()
     assert across > 1.3 * along
 
 
 def test_panels_ask_for_each_azimuth_and_incidence_once(data, monkeypatch):
-    from measured_brdf.addon.core.storage.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import FitRequest
     from measured_brdf.addon.work import icons, queries
 
     keys = []
     monkeypatch.setattr(icons, "icon", lambda key, function, lane="fit": keys.append((key, function.args)))
-    wanted = Wanted(data, CHEAP)
+    wanted = FitRequest(data, CHEAP)
     queries.polar_plot("mine", wanted, data, 0.5, 1.23456)
     queries.polar_plot("mine", wanted, data, 0.5, 1.2346)
     queries.polar_plot("mine", wanted, data, 0.5)

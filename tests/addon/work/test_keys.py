@@ -98,7 +98,7 @@ def test_the_keys_of_saved_fits_and_of_assets(work, monkeypatch):
 
 
 def keep(outcomes, fit):
-    return outcomes.Kept(fit, "name", "Linear Rec.709")
+    return outcomes.EmbeddedFit(fit, "name", "Linear Rec.709")
 
 
 def variants(item, changes):
@@ -108,8 +108,8 @@ def variants(item, changes):
 def test_the_digests_of_what_is_shown(outcomes):
     kept = variants(keep(outcomes, b"fit"), {"fit": b"other", "name": "other", "colours": "ACEScg"})
     assert_differ({name: each.digest for name, each in kept.items()})
-    measured = outcomes.Measured("path", "sample", "{}", "name", ("R",), "Linear Rec.709", "0123")
-    wanted = outcomes.Wanted(outcomes.Data(measured, None), {"method": "mba"})
+    measured = outcomes.Measurement("path", "sample", "{}", "name", ("R",), "Linear Rec.709", "0123")
+    wanted = outcomes.FitRequest(outcomes.Data(measured, None), {"method": "mba"})
     assert_differ({"as it is": wanted.digest, "arguments": wanted._replace(arguments={}).digest,
                    "data": wanted._replace(data=outcomes.Data(measured._replace(digest="4567"), None)).digest})
     one, other = kept["as it is"], kept["fit"]
@@ -123,7 +123,7 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
     asked = []
     monkeypatch.setattr(work.queries.icons, "icon", lambda key, *more, **options: asked.append(key) or (0, None))
     one, other = (keep(outcomes, fit) for fit in (b"one", b"other"))
-    data = [outcomes.Data(outcomes.Measured(*[""] * 6, digest), None) for digest in "01"]
+    data = [outcomes.Data(outcomes.Measurement(*[""] * 6, digest), None) for digest in "01"]
     ask = work.queries
     for function, arguments in ((ask.lit_sphere, ((1, 2), (one, other), (None, {"a": 1}, {"a": 2}))),
                                 (ask.polar_plot, ((1, 2), (one, other), (None, *data), (0.1, 0.2), (0.1, 0.2),

@@ -68,7 +68,7 @@ STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"]
 
 def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     """The time that a fit took is another one every time that it is made."""
-    from measured_brdf.addon.core.storage.outcomes import Wanted
+    from measured_brdf.addon.core.storage.outcomes import FitRequest
     from measured_brdf.addon.work import tasks
 
     (imported,), = wait(begun(process, "operator", partial(tasks.outcomes, [(file, "")], STANDARD)))
@@ -77,8 +77,8 @@ def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     before = results(process)
     data, = wait(begun(process, "read", partial(tasks.read, file, "")))
     shown, _, _ = wait(begun(process, "fit", partial(tasks.fitted_of, data, STANDARD)),
-                       begun(process, "slow", partial(tasks.polar_plot, Wanted(data, STANDARD), data, 0.7, 0.0)),
-                       begun(process, "draw", partial(tasks.lit_sphere, Wanted(data, STANDARD), None)))
+                       begun(process, "slow", partial(tasks.polar_plot, FitRequest(data, STANDARD), data, 0.7, 0.0)),
+                       begun(process, "draw", partial(tasks.lit_sphere, FitRequest(data, STANDARD), None)))
     assert shown.seconds == outcome.fitted.seconds
     assert shown.errors == outcome.fitted.errors
     assert results(process) == before

@@ -37,11 +37,11 @@ def test_what_is_drawn_beyond_75_degrees_is_left_out_and_told(random, rule):
     last = np.array([known[pair] for pair in zip(samples.theta_i, samples.phi_o, strict=True)])
     values = np.where((theta > 75.1)[:, None], DRAWN[rule](theta, last), samples.values)
     drawn = Samples(*samples.directions, values, samples.channels)
-    found = unmeasured.without(drawn, BY_DEFAULT)
+    found = unmeasured.remove_unmeasured(drawn, BY_DEFAULT)
     np.testing.assert_array_equal(found.values, samples.values[theta < 75.1])
     note, = found.notes
     assert note.startswith("Left out as not measured: 260 of 1,612 samples beyond theta_o = 75 degrees")
-    assert unmeasured.without(drawn, Reading(keep_unmeasured=True)) is drawn
+    assert unmeasured.remove_unmeasured(drawn, Reading(keep_unmeasured=True)) is drawn
 
 
 def test_angles_of_incidence_at_which_nothing_was_measured_are_left_out_too(random):
@@ -52,7 +52,7 @@ def test_angles_of_incidence_at_which_nothing_was_measured_are_left_out_too(rand
     for row in np.flatnonzero(samples.theta_o > ends + 0.001):
         values[row] = last[samples.theta_i[row], samples.phi_o[row]]
     swapped = Samples(samples.theta_o, samples.phi_i, samples.theta_i, samples.phi_o, values, samples.channels)
-    found = unmeasured.without(swapped, BY_DEFAULT)
+    found = unmeasured.remove_unmeasured(swapped, BY_DEFAULT)
     assert np.degrees(found.theta_i.max()) == pytest.approx(66)
     assert "theta_i = 66 degrees, with the value there again" in found.notes[0]
 
@@ -69,7 +69,7 @@ def test_surfaces_keep_all_that_was_measured(random, reflectance, noise):
     if not noise:
         samples = Samples(*samples.directions, reflectance(samples.theta_i, samples.phi_o, samples.theta_o),
                           samples.channels)
-    assert unmeasured.without(samples, BY_DEFAULT) is samples
+    assert unmeasured.remove_unmeasured(samples, BY_DEFAULT) is samples
 
 
 @pytest.mark.parametrize(("name", "left", "kept"), [

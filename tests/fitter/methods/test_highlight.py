@@ -66,7 +66,8 @@ def a_highlight(random):
     field[7] = 6, 0, -6
     samples = Samples(*directions, transform.reflectance(field, *directions), RGB)
     known = np.where(np.arange(60) == 7, 10.0, 0.0)
-    wrong = field + [3.0, 0.0, -3.0]
+    wrong = field + [3.0, 0.0, -3.0]            # another colour, as bright
+    wrong += np.log(np.exp(field).sum(axis=1, keepdims=True) / np.exp(wrong).sum(axis=1, keepdims=True))
     found, _ = highlight.find(samples, transform, HalfDifference(0.03, 33.0), known, wrong)
     return found, samples, field
 
@@ -83,7 +84,8 @@ def test_no_direction_has_a_colour_that_no_sample_has_and_each_its_brightness(ra
     assert share.min() > 0.95                   # of the rest it is what the process says
     assert (apart(blended) <= share * good.max(axis=0) + (1 - share) * apart(continued) + 1e-9).all()
     assert (apart(blended) >= share * good.min(axis=0) + (1 - share) * apart(continued) - 1e-9).all()
-    np.testing.assert_allclose(blended.mean(axis=1), continued.mean(axis=1), atol=1e-12)
+    bright, wanted = (found.transform.reflectance(each, *at).sum(axis=1) for each in (blended, continued))
+    np.testing.assert_allclose(bright, wanted, rtol=1e-9)
 
 
 def test_at_its_own_direction_a_sample_keeps_its_colour_and_beside_the_highlight_nothing_changes(random):
@@ -104,6 +106,26 @@ def test_a_sample_that_is_left_out_does_not_know_itself(random):
     one, other = (each.blend(samples.directions, field, left_out=True) for each in (found, told))
     np.testing.assert_array_equal(one[number], other[number])
     assert np.abs(one - other).max() > 0.1
+
+
+def test_a_black_channel_does_not_darken_or_brighten_the_others(random):
+    """Of a teal paint that has no red the red one, whatever it is, once moved green and blue to keep the mean."""
+    found = a_highlight(random)[0]
+    at, black = mirror(np.linspace(10, 70, 30)), np.array([-9.0, 0.0, 0.0])
+    found = replace(found, colours=apart(np.tile([-6.0, 0.2, -0.2], (60, 1))))
+    values = found.transform.reflectance(found.blend(at, np.tile(black, (30, 1))), *at)
+    wanted = found.transform.reflectance(np.tile(black, (30, 1)), *at)
+    np.testing.assert_allclose(values[:, 1:].sum(axis=1), wanted[:, 1:].sum(axis=1), rtol=0.01)
+
+
+def test_one_bright_sample_does_not_decide_against_most_of_the_others(random):
+    found, samples, field = a_highlight(random)
+    share = highlight.highlight_share(found.transform, samples.directions)
+    known = np.where(np.arange(60) == 7, 10.0, 0.0)
+    number = int(np.argmax(share * (np.arange(60) != 7)))
+    wrong = field + 0.5 * (found.blend(samples.directions, field, left_out=True) - field)   # nearer than the others are
+    wrong[number] += [5.0, 0.0, -5.0]
+    assert highlight.find(samples, found.transform, found.coordinates, known, wrong)[0] is None
 
 
 def test_where_the_process_predicts_samples_better_the_colours_stay_its_own(random):

@@ -148,7 +148,7 @@ def test_single_precision_in_osl_agrees_with_double(blender, name, preset):
     phi = np.where(theta_i < 1e-6, 0, phi)          # where incidence is normal, the shader takes it for that of wo
     wi, wo = (np.stack([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)], axis=1)
               for theta, azimuth in ((theta_i, 0 * phi), (theta_o, phi)))
-    assert not osl_support.missing()
+    assert not osl_support.reason_unavailable()
     code = (f"if (pixel < {len(phi)}) {{ int i = 3 * pixel; out = eval_fit(FIT, vector(WI[i], WI[i + 1], WI[i + 2]),"
             f" vector(WO[i], WO[i + 1], WO[i + 2])); }}")
     rendered = probe_osl(fit, code, len(phi), WI=wi.astype(np.float32), WO=wo.astype(np.float32))[:, :1]

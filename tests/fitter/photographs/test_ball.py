@@ -7,7 +7,7 @@ import pytest
 
 import fitter
 from fitter.photographs import camera
-from fitter.photographs.ball import STEEPEST, measured, seen
+from fitter.photographs.ball import STEEPEST, measured, visible_pixels
 from support import ball_scene
 
 SMALL = {"size": (60, 60)}
@@ -43,7 +43,7 @@ def test_directions_are_those_of_vectors_worked_out_by_hand():
     lamp = np.array([0, -0.05, 0]) + 0.5 * np.array([np.sin(np.pi / 3), -np.cos(np.pi / 3), 0])
     pixels = 1 + 1e-6 * np.random.default_rng(0).standard_normal((41, 41, 1))       # equal ones would be saturated
     shot = fitter.BallPhotograph(pixels, rays, (0, -1, 0), (0, 0, 0), 0.05, lamp, (2.0,))
-    found = seen(shot)
+    found = visible_pixels(shot)
     middle = np.flatnonzero(found.pixel == 20 * 41 + 20)[0]
     theta_i, _, theta_o, _ = (angle[middle] for angle in found.directions)
     assert (theta_i, theta_o) == (pytest.approx(np.pi / 3, abs=1e-9), pytest.approx(0, abs=1e-7))
@@ -54,14 +54,14 @@ def test_directions_are_those_of_vectors_worked_out_by_hand():
 
 def test_grazing_pixels_and_those_at_the_outline_are_left_out(satin):
     shot = photographed(ball_scene.at_phase(90, 0, **SMALL), satin)
-    pixels = seen(shot)
+    pixels = visible_pixels(shot)
     assert max(pixels.directions[0].max(), pixels.directions[2].max()) < STEEPEST
     axis = np.array([0, 1, 0])
     off = np.arccos(shot.rays.reshape(-1, 3)[pixels.pixel] @ axis)
     step = np.arccos(shot.rays[30, 30] @ shot.rays[30, 31])
     assert off.max() < np.arcsin(0.05 / 1.5) - 1.4 * step
     large = replace(shot, lamp_radius=0.3)         # 14 degrees wide: none of it may be below the horizon
-    assert seen(large).directions[0].max() < np.radians(67)
+    assert visible_pixels(large).directions[0].max() < np.radians(67)
 
 
 def test_saturated_dark_and_masked_pixels_are_left_out(satin):

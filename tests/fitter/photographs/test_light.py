@@ -7,7 +7,7 @@ import fitter
 from fitter.colours import linear_of_srgb
 from fitter.imaging.pictures import srgb
 from fitter.photographs import light
-from fitter.photographs.light import Exposure, exposure_of, flattened, merged, without
+from fitter.photographs.light import Exposure, exposure_of, flattened, merged, subtract_dark
 
 
 def exposed(radiance, exposure, random):
@@ -40,7 +40,7 @@ def test_the_room_is_subtracted_and_vignetting_divided():
     falls = (1 / (1 + 0.3 * (x ** 2 + y ** 2)) ** 2)[..., None] * np.ones(3)
     truth = 0.1 + 0.05 * np.sin(5 * x)[..., None] * np.ones(3)
     lit, dark = merged([Exposure((truth + 0.03) * falls)]), merged([Exposure(0.03 * falls)])
-    found = flattened(without(lit, dark), merged([Exposure(0.7 * falls * [1, 0.9, 0.8])]))
+    found = flattened(subtract_dark(lit, dark), merged([Exposure(0.7 * falls * [1, 0.9, 0.8])]))
     np.testing.assert_allclose(found.radiance, truth, rtol=0.01)
     assert (found.noise > np.hypot(lit.noise, dark.noise)).mean() > 0.9
 
@@ -58,7 +58,7 @@ def test_pictures_of_other_sizes_are_refused():
     with pytest.raises(fitter.DatasetError, match="several sizes"):
         merged([small, large])
     with pytest.raises(fitter.DatasetError, match="lamp off has the size"):
-        without(merged([small]), merged([large]))
+        subtract_dark(merged([small]), merged([large]))
     with pytest.raises(fitter.DatasetError, match="even surface has the size"):
         flattened(merged([small]), merged([large]))
     with pytest.raises(fitter.DatasetError, match="no exposures"):
