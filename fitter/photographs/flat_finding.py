@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray, IntArray
+from ..arrays import Directions, FloatArray, IntArray, joined
 from ..errors import DatasetError
 from ..least_squares import nonnegative
 from ..methods import fit
@@ -52,6 +52,9 @@ _PUREST = 0.02              # of the texels, whose mean is an edge: one texel al
 _DARKEST = 0.1              # of the median: darker texels have no colour
 _MOSTLY = 0.75              # of what a texel shows, that is of the material fitted to it
 _FITTED, _SAMPLES = 60, 900     # texels, if so many are mostly of it; samples, which are fitted in a second
+_NEAREST, _ASSUMED = 0.05, 0.1  # of the samples, those by the lamps nearest to the camera; of their values, by which
+                            # what is nearer may differ
+_MEASURED = np.radians(5)   # of light from the half vector, up to which retro-reflection is measured
 _OTHERS = 0.1               # of what is taken away as another material's, that is wrong
 _REFINED = 2                # rounds: further ones change the picture under another lamp by less than 1 %
 
@@ -313,6 +316,23 @@ def _pooled(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, te
     values, deviation = (radiance - others)[used] / brought, (wrong / np.where(own > 0, own, 1))[used]
     if len(values) > _SAMPLES:
         directions, values, deviation = binned(directions, values, deviation, _SAMPLES)
+    directions, values, deviation = _without_retro_peak(directions, values, deviation)
     channels = RGB if values.shape[1] == len(RGB) else ("grey",)
     return Samples(*directions, values, channels, f"Material {material + 1}", "photographs of a flat sample",
                    (f"{len(which):,} texels",), deviation=deviation)
+
+
+def _without_retro_peak(directions: Directions, values: FloatArray,
+                        deviation: FloatArray) -> tuple[Directions, FloatArray, FloatArray]:
+    """The same, and where no lamp stood as near to the camera, values as under those that stood nearest, at the same
+    half vectors: a lamp that is brighter than is said would otherwise be taken for the foot of a retro-reflection."""
+    theta_i, phi_i, theta_o, phi_o = directions
+    cosine = np.cos(theta_i) * np.cos(theta_o) + np.sin(theta_i) * np.sin(theta_o) * np.cos(phi_i - phi_o)
+    difference = np.arccos(np.clip(cosine, -1, 1)) / 2
+    near = np.argsort(difference, kind="stable")[:max(_FEWEST, int(_NEAREST * len(values)))]
+    if difference[near[-1]] < _MEASURED:
+        return directions, values, deviation
+    half = np.arccos(np.clip((np.cos(theta_i) + np.cos(theta_o))[near] / (2 * np.cos(difference[near])), -1, 1))
+    level = np.zeros_like(half)
+    return (joined([directions, (half, level, half, level)]), np.concatenate([values, values[near]]),
+            np.concatenate([deviation, np.maximum(deviation[near], _ASSUMED)]))
