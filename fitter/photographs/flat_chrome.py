@@ -61,8 +61,8 @@ def chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictures, vi
 
 def lamps_shown(shots: Sequence[Shot], ball: ChromeBall, pictures: Pictures, view: View,
                 distance: float | None) -> list[Lamp | None]:
-    """The lamps of photographs that show a ball, so far from the sample's middle or far away; None where there is no
-    highlight."""
+    """The lamps of photographs that show a ball, so far from the sample's middle, if they do not say otherwise, or far
+    away; None where there is no highlight."""
     far = float(np.linalg.norm(ball.centre - view.position))
     across = _ROOM * ball.radius / far * view.size[1] / view.angle + 2
     column, row = (slice(max(int(each - across), 0), max(int(each + across) + 1, 0))
@@ -70,7 +70,7 @@ def lamps_shown(shots: Sequence[Shot], ball: ChromeBall, pictures: Pictures, vie
     part = row, column
     found: list[Lamp | None] = []
     for shot in shots:
-        key, distance = "chrome" if shot.chrome else "files", shot.distance or distance
+        key, away = "chrome" if shot.chrome else "files", shot.distance or distance
         light, name = pictures.of_lamp(shot, key, part), getattr(shot, key)[0].name
         try:
             shown = lamp_of_highlight(light.radiance, view.rays(part), view.position, ball.centre, ball.radius, name)
@@ -79,6 +79,6 @@ def lamps_shown(shots: Sequence[Shot], ball: ChromeBall, pictures: Pictures, vie
         if shown is None or not shown.direction[2] > 0:     # or what is beside the ball is bright at its rim
             found.append(None)
             continue
-        found.append(Lamp(shown.direction, True) if distance is None
-                     else Lamp(Highlight(shown.point, shown.direction, np.zeros(3)).at(distance), False))
+        found.append(Lamp(shown.direction, True) if away is None
+                     else Lamp(Highlight(shown.point, shown.direction, np.zeros(3)).at(away), False))
     return found

@@ -227,7 +227,7 @@ def even(lamp, size, ball, radius):
 
 @pytest.mark.parametrize("by", ["mask = 'ball.png'", "centre = [0.056, 0.005, 0.005]\nradius = 0.005"])
 def test_a_chrome_ball_in_the_photographs_says_where_the_lamps_are(openimageio, tmp_path, by):
-    """In one of the photographs it is in a shadow."""
+    """In one of the photographs it is in a shadow, and the first says itself how far its lamp is."""
     size, ball = (540, 600), np.array([0.056, 0.005, 0.005])
     for number, (name, lamp) in enumerate(zip(NAMES, LAMPS, strict=True)):
         picture, hit = even(lamp, size, ball, 0.005)
@@ -236,16 +236,18 @@ def test_a_chrome_ball_in_the_photographs_says_where_the_lamps_are(openimageio, 
     ball_files.write_picture(tmp_path / "ball.png", hit[..., None].astype(float))
     distance = np.linalg.norm(LAMPS[0])
     path = tmp_path / "setup.toml"
-    text = flat_files.description(NAMES, LAMPS, size=size, top="texels = 60", shots=["exposures = [1]"] * 5)
+    text = flat_files.description(NAMES, LAMPS, size=size, top="texels = 60", shots=[
+        f"exposures = [1]\ndistance = {1.02 * distance}", *["exposures = [1]"] * 4])
     path.write_text(f"{text}[chrome]\n{by}\n[lamp]\ndistance = {distance}\n", "utf-8")
     found = flat(path)
     assert [each.name for each in found.photographs] == [NAMES[k] for k in (0, 1, 2, 4)]
     assert "Left out, for the chrome ball shows no lamp there: lamp4.exr" in found.notes
     places = np.array([each.lamp for each in found.photographs])
-    np.testing.assert_allclose(np.linalg.norm(places, axis=1), distance)
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), distance * np.array([1.02, 1, 1, 1]))
     wanted = LAMPS[[0, 1, 2, 4]] / np.linalg.norm(LAMPS[[0, 1, 2, 4]], axis=1, keepdims=True)
-    print(angle(places / distance, wanted))
-    assert angle(places / distance, wanted).max() < 2.5       # a pixel is 5
+    toward = places / np.linalg.norm(places, axis=1, keepdims=True)
+    print(angle(toward, wanted))
+    assert angle(toward, wanted).max() < 2.5       # a pixel is 5
 
 
 def test_what_a_mask_leaves_out_is_unknown(written, described):
