@@ -30,6 +30,7 @@ from ..samples import RGB, Samples
 from .ball import STEEPEST, to_local_angles
 from .binning import binned
 from .capture_setup import MOST_MATERIALS
+from .coverage import LEAST, difference_angle
 from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
 from .flat_photograph import Observed
 from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
@@ -54,7 +55,6 @@ _MOSTLY = 0.75              # of what a texel shows, that is of the material fit
 _FITTED, _SAMPLES = 60, 900     # texels, if so many are mostly of it; samples, which are fitted in a second
 _NEAREST, _ASSUMED = 0.05, 0.1  # of the samples, those by the lamps nearest to the camera; of their values, by which
                             # what is nearer may differ
-_MEASURED = np.radians(5)   # of light from the half vector, up to which retro-reflection is measured
 _OTHERS = 0.1               # of what is taken away as another material's, that is wrong
 _REFINED = 2                # rounds: further ones change the picture under another lamp by less than 1 %
 
@@ -326,13 +326,12 @@ def _without_retro_peak(directions: Directions, values: FloatArray,
                         deviation: FloatArray) -> tuple[Directions, FloatArray, FloatArray]:
     """The same, and where no lamp stood as near to the camera, values as under those that stood nearest, at the same
     half vectors: a lamp that is brighter than is said would otherwise be taken for the foot of a retro-reflection."""
-    theta_i, phi_i, theta_o, phi_o = directions
-    cosine = np.cos(theta_i) * np.cos(theta_o) + np.sin(theta_i) * np.sin(theta_o) * np.cos(phi_i - phi_o)
-    difference = np.arccos(np.clip(cosine, -1, 1)) / 2
+    difference = difference_angle(directions)
     near = np.argsort(difference, kind="stable")[:max(_FEWEST, int(_NEAREST * len(values)))]
-    if difference[near[-1]] < _MEASURED:
+    if difference[near[-1]] < np.radians(LEAST):
         return directions, values, deviation
-    half = np.arccos(np.clip((np.cos(theta_i) + np.cos(theta_o))[near] / (2 * np.cos(difference[near])), -1, 1))
+    upright = (np.cos(directions[0]) + np.cos(directions[2]))[near] / (2 * np.cos(difference[near]))
+    half = np.arccos(np.clip(upright, -1, 1))
     level = np.zeros_like(half)
     return (joined([directions, (half, level, half, level)]), np.concatenate([values, values[near]]),
             np.concatenate([deviation, np.maximum(deviation[near], _ASSUMED)]))
