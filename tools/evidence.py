@@ -89,8 +89,8 @@ ENTRIES = {
     "flat": Entry("python -m benchmarks.flat", ("flat", "flat-real"), (
         *FITS, *(f"fitter/photographs/{name}.py" for name in (
             "ball", "binning", "camera", "capture_setup", "coverage", "flat", "flat_finding", "flat_judging",
-            "flat_photograph", "flat_setup", "flat_solving", "light", "light_positions", "photograph", "picture_files", "pictures",
-            "scale")), "fitter/quality/coverage.py",
+            "flat_photograph", "flat_setup", "flat_solving", "light", "light_positions", "photograph", "picture_files",
+            "pictures", "scale")), "fitter/quality/coverage.py",
         "benchmarks/flat.py", "benchmarks/flat_methods.py", "benchmarks/flat_real.py", "benchmarks/photographs.py",
         "support/flat_files.py", "support/flat_scene.py")),
     "scale": Entry("python -m benchmarks.scale", ("scale-convert", "scale-scene"), (
