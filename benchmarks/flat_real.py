@@ -3,7 +3,7 @@
 The error of a photograph is the root mean square of the texels' over that of the photograph; the mean and the median
 over the photographs left out are shown. Texels count that are known in it and in three of those that are used. The lion
 and the leaf are in `../shared/data/photographs`; the coin is in the repository larkvi/SimpleRTIDome, in the folder
-`examples/v1/cointest`, and given by its path.
+`examples/v1/cointest`, and given by its path. Where samples are absent a line says so, and the table is without them.
 """
 
 import tempfile
@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import fitter
+from fitter.photographs.capture_setup import read
 from fitter.photographs.flat import frame_of, points_of
 from fitter.photographs.flat_photograph import observed
 from fitter.photographs.flat_setup import flat
@@ -28,6 +29,7 @@ COIN = {"coin, bust": (1170, 540, 1580, 1080), "coin, square": (890, 515, 1720, 
         "coin, whole": (680, 300, 1930, 1560)}
 METHODS = {"mean picture, scaled to each": mean_picture, "Lambertian": lambertian, "PTM, 6 terms": ptm,
            "HSH, 9 terms": hsh(3), "HSH, 16 terms": hsh(4)}
+METHODS_SHOWN = "ours", *METHODS
 LEAST = {"HSH, 9 terms": 9, "HSH, 16 terms": 16}        # photographs
 
 
@@ -64,11 +66,11 @@ def sets(coin):
         yield "leaf", description((20, 10, 480, 320), 60, directions(*leaf(data / "leaf")))
     else:
         print(f"leaf: {data / 'leaf'} is absent")
-    if coin is None:
-        print("coin: not given (--coin FOLDER)")
+    if not (coin / "output" / "info.json").is_file():
+        print(f"coin: {coin} is absent (--coin FOLDER)")
         return
     for name, box in COIN.items():
-        yield name, description(box, 50, f"[lamp]\npositions = '{coin / 'output' / 'info.json'}'\n")
+        yield name, description(box, 50, f"[lamp]\npositions = '{(coin / 'output' / 'info.json').absolute()}'\n")
 
 
 def used_of(count, how):
@@ -83,8 +85,8 @@ def errors(expected, values, good):
     return off[there] / size[there]
 
 
-def rows(name, sample, how):
-    """The rows of the table for a sample of which half is used, or so many photographs."""
+def row(name, sample, how):
+    """The row of the table for a sample of which half is used, or so many photographs."""
     frame = frame_of(sample.corners, sample.photographs)
     seen = observed(sample.photographs, points_of(sample.corners, sample.shape), frame[2])
     used = used_of(len(sample.photographs), how)
@@ -102,11 +104,11 @@ def rows(name, sample, how):
     for note in maps.notes:
         print(f"{name}: {note}")
     table = {"ours": errors(ours, *parts[1][1:]), **found}
-    return [(name, f"{len(used)} of {len(good)}", each, f"{np.mean(off):.3f}", f"{np.median(off):.3f}")
-            for each, off in table.items()]
+    cells = {each: f"{np.mean(off):.3f} / {np.median(off):.3f}" for each, off in table.items()}
+    return name, f"{len(used)} of {len(good)}", *(cells.get(each, "") for each in METHODS_SHOWN)
 
 
-def main(coin=None):
+def main(coin):
     """Print the table."""
     ball_files.add_openimageio()
     found = []
@@ -115,10 +117,10 @@ def main(coin=None):
             path = Path(folder, "setup.toml")
             path.write_text(text, "utf-8")
             try:
-                sample = flat(path)
+                sample = flat(read(path))
             except fitter.DatasetError as error:        # the others are shown all the same
                 print(f"{name}: {error}")
                 continue
             for how in ("half", 10):
-                found += rows(name, sample, how)
-    show_table("flat-real", ("sample", "photographs", "method", "mean", "median"), found)
+                found.append(row(name, sample, how))
+    show_table("flat-real", ("sample", "photographs", *METHODS_SHOWN), found)

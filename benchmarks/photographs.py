@@ -33,6 +33,7 @@ from fitter.methods.prior import lambertian
 from fitter.photographs import setup
 from fitter.photographs.ball import measured
 from fitter.photographs.ball_advice import next_phase_angle
+from fitter.photographs.capture_setup import parse
 from fitter.photographs.coverage import are_covered, coverage
 from fitter.photographs.samples import gathered, in_place
 from fitter.photographs.scale import scaled
@@ -163,7 +164,7 @@ def gray_ball(folder):
     described = {"camera": {"position": "far", "encoding": "linear"}, "scale": {"albedo": _ALBEDO},
                  "ball": {"centre": "outline", "mask": str(folder / "gray.mask.png")},
                  "chrome": {"mask": str(folder / "chrome.mask.png")}, "photograph": shots}
-    return in_place(setup.photographed(described, folder / "none.toml"), GRAY_BALL)
+    return in_place(setup.photographed(parse(described, folder / "none.toml")), GRAY_BALL)
 
 
 def predicted(taken):

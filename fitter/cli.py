@@ -29,7 +29,7 @@ from .methods import METHODS
 from .model.published import name_in
 from .photographs import flat_maps
 from .photographs.ball_advice import advice, left_out
-from .photographs.descriptions import read
+from .photographs.capture_setup import read
 from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tiled
@@ -241,7 +241,7 @@ def _bake(options: argparse.Namespace) -> None:
 
 
 def _photographs(options: argparse.Namespace) -> bool:
-    samples, photographs, doubts = measured(*read(options.file))
+    samples, photographs, doubts = measured(read(options.file))
     saved_samples.write(samples, options.out)
     others = left_out(photographs)
     say(samples.name)
@@ -252,9 +252,9 @@ def _photographs(options: argparse.Namespace) -> bool:
 
 
 def _flat(options: argparse.Namespace) -> bool:
-    sample = flat(options.file)
+    sample = flat(read(options.file))
     fits: list[Fit] | int | None = sample.number
-    if sample.materials is not None:
+    if sample.materials:
         materials = [Fit.load(path) if saved_samples.is_another(path) else load(path) for path in sample.materials]
         check_materials(materials, sample.photographs[0].radiance.shape[2])     # before those are fitted
         fits = [each if isinstance(each, Fit) else fit_samples(each, **PRESETS["Standard"]) for each in materials]

@@ -88,11 +88,13 @@ ENTRIES = {
         *FITS, "benchmarks/mirrors.py", "support/mirrors.py")),
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
-    "flat": Entry("python -m benchmarks.flat", ("flat",), (
+    "flat": Entry("python -m benchmarks.flat", ("flat", "flat-real"), (
         *FITS, *(f"fitter/photographs/{name}.py" for name in (
-            "ball", "binning", "camera", "flat", "flat_finding", "flat_judging", "flat_photograph", "flat_setup",
-            "flat_solving", "light", "photograph", "picture_files", "pictures", "scale")),
-        "benchmarks/flat.py", "benchmarks/photographs.py", "support/flat_files.py", "support/flat_scene.py")),
+            "ball", "binning", "camera", "capture_setup", "coverage", "flat", "flat_finding", "flat_judging",
+            "flat_photograph", "flat_setup", "flat_solving", "light", "light_positions", "photograph", "picture_files",
+            "pictures", "scale")), "fitter/quality/coverage.py",
+        "benchmarks/flat.py", "benchmarks/flat_methods.py", "benchmarks/flat_real.py", "benchmarks/photographs.py",
+        "support/flat_files.py", "support/flat_scene.py")),
     "scale": Entry("python -m benchmarks.scale", ("scale-convert", "scale-scene"), (
         *SHADER, "addon/library", "addon/work", "benchmarks/scale.py")),
     "dense": Entry("python -m benchmarks.dense --resume --out build/dense",

@@ -1,5 +1,5 @@
 """Photographs of a painted ball become its material, in a scene that stands for the dark room; those of a flat sample a
-plane."""
+mix of several."""
 
 from ..core import manual
 from ..core.registration import Registration
@@ -7,15 +7,19 @@ from ..core.storage import paths
 from ..panel import menu
 from ..work import command
 from . import comparison, flat, operators, panel, settings
+from .operators import MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_measure_sample_photographs
 
-_ENTRY = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."),
-                      (flat.MEASUREDBRDF_OT_measure_flat, "Measure Flat Sample..."))
-_IN_FILE_MENU = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Photographs of a Ball (measured BRDF)"),
-                             (flat.MEASUREDBRDF_OT_measure_flat, "Photographs of a Flat Sample (measured BRDF)"))
+_ENTRY = menu.entries((MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."),
+                      (MEASUREDBRDF_OT_measure_sample_photographs, "Measure Photographs of a Flat Sample..."),
+                      (flat.MEASUREDBRDF_OT_measure_flat, "Flat Sample at Once..."))
+_IN_FILE_MENU = menu.entries((MEASUREDBRDF_OT_measure_photographs, "Photographs of a Ball (measured BRDF)"),
+                             (MEASUREDBRDF_OT_measure_sample_photographs,
+                              "Photographs of a Flat Sample (measured BRDF)"))
 _PAGE = "manual/measure-your-own"
 _TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", "fit_outline", "place_lamp",
                                   "measure_ball", "compare_photograph"),
-           *manual.over_operators(f"{_PAGE}#measure-flat-sample", "measure_flat"),
+           *manual.over_operators(f"{_PAGE}#a-flat-sample-in-blender", "measure_sample", "measure_sample_photographs"),
+           *manual.over_operators(f"{_PAGE}#flat-sample-at-once", "measure_flat"),
            *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotographs", "*"))
 
 

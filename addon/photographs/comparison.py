@@ -1,4 +1,4 @@
-"""The ball as Cycles renders it in the scene of its photographs, beside a photograph: made by a second Blender."""
+"""What Cycles renders in the scene of photographs, beside one of them: made by a second Blender."""
 
 import json
 from pathlib import Path
@@ -11,9 +11,8 @@ from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.imaging.pictures import srgb
-from ...fitter.photographs import setup
-from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative_difference
-from ...fitter.photographs.descriptions import Description
+from ...fitter.photographs.capture_setup import Description, parse
+from ...fitter.photographs.compared import Part, photograph_of, reduced, relative_difference
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.previews import picture_of
@@ -47,21 +46,20 @@ def write_request(folder: Path, scene: bpy.types.Scene, description: Description
 
 
 def answer(folder: Path) -> None:
-    """Read the photograph of a folder's request, and render the ball in the same place. `compared` reads both."""
+    """Read the photograph of a folder's request, and render the same place. `compared` reads both."""
     osl_support.make_importable("OpenImageIO")
     request = json.loads((folder / _REQUEST).read_text("utf-8"))
     progress.report(0.0, "Reading")
-    shot, = setup.photographed(request["description"], request["scene"])
-    part = part_of_ball(shot)
+    radiance, counts, part = photograph_of(parse(request["description"], request["scene"]))
     size = min(part.side, _SIZE)
-    photograph = reduced(shot.radiance, part, size)
-    counted = reduced(not_none(shot.mask)[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
+    photograph = reduced(radiance, part, size)
+    counted = reduced(counts[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
     if photograph.shape[2] == 3:
         photograph = photograph @ conversion(DEFAULT, request["colours"]).T
     progress.report(0.3, "Rendering")
     with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
         target.scenes = [request["scene"]]
-    picture = _rendered(target.scenes[0], part, shot.radiance.shape, size, folder / "render.exr")
+    picture = _rendered(target.scenes[0], part, radiance.shape, size, folder / "render.exr")
     np.savez(folder / _ANSWER, photograph=np.broadcast_to(photograph, (size, size, 3)), rendered=picture[..., :3],
              counted=counted & (picture[..., 3] > 1 - 1e-6))
 

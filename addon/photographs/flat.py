@@ -1,6 +1,6 @@
 """Photographs of a flat sample become a plane of its size: a mix of measured materials by masks, with a normal map."""
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from functools import partial
 from typing import Any
 
@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, StringProperty
 
-from ...fitter.arrays import FloatArray
+from ...fitter.photographs.capture_setup import CameraSetup
 from ..core import lamps
 from ..core.annotations import not_none
 from ..core.blender import osl_support
@@ -19,10 +19,13 @@ from ..core.storage.properties import default_choices, fit_arguments, use_preset
 from ..core.storage.reading import load_arguments
 from ..work import process, queries
 from ..work.job import Work
-from ..work.modal import AsksForPath, Steps
+from ..work.modal import AsksForPath, InBackground, Steps
+from . import settings as photographs
+from . import stage
 from . import work as measuring
+from .operators import HasPhotographs, light_of
+from .settings import CHOSEN
 
-_CHOSEN = "first", "second", "third", "fourth"
 _PRESET = "Standard"        # of materials that are measured
 
 
@@ -32,12 +35,54 @@ def _chosen(number: int) -> Any:
         "description names, and where it names none, those that are found in the photographs"))
 
 
-class MEASUREDBRDF_OT_measure_flat(AsksForPath, bpy.types.Operator):
+class _MakesMix(InBackground):
+    """A mix-in for operators whose result is the mix of materials that a flat sample is."""
+
+    def choose(self, chosen: Sequence[bpy.types.Material | None], names: Sequence[str]) -> list[EmbeddedFit]:
+        """The fits of chosen materials, which are remembered. ValueError where one has none."""
+        kept: list[EmbeddedFit] = []
+        for name, each in zip(names, chosen, strict=True):
+            fit = None if each is None else queries.embedded_fit(each)
+            if fit is None:
+                raise ValueError(f"{name!r} is not a measured material of this file, or it is a mix")
+            kept.append(fit._replace(name=name))
+        self._uids: list[int] = [not_none(each).session_uid for each in chosen]
+        return kept
+
+    def compiled(self, maps: measuring.Maps) -> Generator[tuple[float, str], None, list[compiler.Shader]]:
+        """The shaders of the materials that were measured, in steps."""
+        shaders = []
+        for each in maps.outcomes:
+            yield 0.95, f"Compiling {each.measured.name}"
+            shaders.append(compiler.compile_surface(each.surface))
+        return shaders
+
+    def mixed(self, context: bpy.types.Context, maps: measuring.Maps, shaders: Sequence[compiler.Shader],
+              beyond: str) -> tuple[list[bpy.types.Material], list[bpy.types.Material]]:
+        """The materials and the mixes that are made of them, of which the last is the sample's."""
+        parts = [by_session_uid(bpy.data.materials, uid) for uid in self._uids]
+        if None in parts:
+            raise ValueError("A material that was chosen has been removed meanwhile")
+        for outcome, shader in zip(maps.outcomes, shaders, strict=True):
+            choices = default_choices(outcome.measured.path)
+            use_preset(choices, _PRESET)
+            parts.append(material.create(outcome, choices, context, shader))
+        return [not_none(each) for each in parts], _mixed([not_none(each) for each in parts], maps, beyond, context)
+
+
+def _arguments() -> tuple[Any, Any]:
+    """Those of fits, and of reading."""
+    choices = default_choices("")
+    use_preset(choices, _PRESET)
+    return fit_arguments(choices), load_arguments(choices)
+
+
+class MEASUREDBRDF_OT_measure_flat(AsksForPath, _MakesMix, bpy.types.Operator):
     """Make a plane of photographs of a flat sample, described in a file (.toml): a mix of measured materials, with \
 masks and a normal map"""
 
     bl_idname = "measured_brdf.measure_flat"
-    bl_label = "Measure Flat Sample"
+    bl_label = "Flat Sample at Once"
     bl_options = {"REGISTER", "UNDO"}
 
     path_name = "filepath"
@@ -56,46 +101,31 @@ masks and a normal map"""
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
         layout.use_property_split = True
-        for name in _CHOSEN:
+        for name in CHOSEN:
             layout.prop_search(self, name, bpy.data, "materials")
         layout.prop_search(self, "mask", bpy.data, "masks")
         layout.prop(self, "tile")
 
     def work(self, context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
-        names = [name for name in (getattr(self, each) for each in _CHOSEN) if name]
-        chosen = [bpy.data.materials.get(name) for name in names]
-        kept: list[EmbeddedFit] = []
-        for name, each in zip(names, chosen, strict=True):
-            fit = None if each is None else queries.embedded_fit(each)
-            if fit is None:
-                raise ValueError(f"{name!r} is not a measured material of this file, or it is a mix")
-            kept.append(fit._replace(name=name))
-        self._uids: list[int] = [not_none(each).session_uid for each in chosen]
-        choices = default_choices("")
-        use_preset(choices, _PRESET)
-        corners = _mask_corners(self.mask) if self.mask else None
+        names = [name for name in (getattr(self, each) for each in CHOSEN) if name]
+        kept = self.choose([bpy.data.materials.get(name) for name in names], names)
+        corners = None
+        if self.mask:
+            drawn = bpy.data.masks.get(self.mask)
+            if drawn is None:
+                raise ValueError(f"Corners: {self.mask!r} is not a mask of one spline with four points")
+            corners = stage.drawn_corners(drawn)
         return process.Calculation(partial(measuring.flat, bpy.path.abspath(self.filepath), corners, self.tile, kept,
-                                           fit_arguments(choices), load_arguments(choices)))
+                                           *_arguments()))
 
     def prepare(self, result: measuring.Maps) -> Steps:
-        shaders = []
-        for each in result.outcomes:
-            yield 0.95, f"Compiling {each.measured.name}"
-            shaders.append(compiler.compile_surface(each.surface))
-        return result, shaders
+        return result, (yield from self.compiled(result))
 
     def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Maps, list[compiler.Shader]]) -> None:
         maps, shaders = prepared
-        parts = [by_session_uid(bpy.data.materials, uid) for uid in self._uids]
-        if None in parts:
-            raise ValueError("A material that was chosen has been removed meanwhile")
-        for outcome, shader in zip(maps.outcomes, shaders, strict=True):
-            choices = default_choices(outcome.measured.path)
-            use_preset(choices, _PRESET)
-            parts.append(material.create(outcome, choices, context, shader))
-        mixes = _mixed([not_none(each) for each in parts], maps, "REPEAT" if self.tile else "EXTEND", context)
-        item = bpy.data.objects.new(maps.name, _plane(maps, mixes[-1]))
+        parts, mixes = self.mixed(context, maps, shaders, "REPEAT" if self.tile else "EXTEND")
+        item = bpy.data.objects.new(maps.name, stage.plane(maps.name, maps.size, mixes[-1]))
         not_none(context.collection).objects.link(item)
         item.location = not_none(context.scene).cursor.location
         lamps.update(context.evaluated_depsgraph_get())
@@ -109,13 +139,52 @@ masks and a normal map"""
             self.report({"WARNING"} if line in maps.doubts else {"INFO"}, line)
 
 
-def _mask_corners(name: str) -> FloatArray:
-    """The four points of a mask, (4, 2): as `flat_setup.flat` takes them."""
-    mask: Any = bpy.data.masks.get(name)
-    splines = [] if mask is None else [spline for layer in mask.layers for spline in layer.splines]
-    if [len(each.points) for each in splines] != [4]:
-        raise ValueError(f"Corners: {name!r} is not a mask of one spline with four points")
-    return np.array([tuple(point.co) for point in splines[0].points]) - 0.5
+class MEASUREDBRDF_OT_measure_sample(_MakesMix, HasPhotographs, bpy.types.Operator):
+    """Measure the materials, masks and normals of the flat sample in the photographs, and make its material of them"""
+
+    bl_idname = "measured_brdf.measure_sample"
+    bl_label = "Measure"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def work(self, context: bpy.types.Context) -> Work:
+        scene = self.remember(context)
+        settings = photographs.get(scene)
+        chosen = [each for each in (getattr(settings, name) for name in CHOSEN) if each is not None]
+        return process.Calculation(partial(
+            measuring.flat_of_scene, stage.description_of(scene), scene.name,
+            self.choose(chosen, [each.name for each in chosen]), *_arguments()))
+
+    def prepare(self, result: tuple[measuring.Maps, CameraSetup]) -> Steps:
+        return *result, (yield from self.compiled(result[0]))
+
+    def apply(self, context: bpy.types.Context,
+              prepared: tuple[measuring.Maps, CameraSetup, list[compiler.Shader]]) -> None:
+        (maps, camera, shaders), scene = prepared, self.scene()
+        settings = photographs.get(scene)
+        parts, mixes = self.mixed(context, maps, shaders, "EXTEND")
+        # no call may follow that can fail: this is not taken back
+        for part in (*parts, *mixes):
+            part.use_fake_user = part.use_fake_user or part.library is None
+        settings.sample.data.materials[0] = mixes[-1]
+        stage.place_camera(settings.camera, camera, (0, 0, 0))
+        _set_lights(settings, maps)
+        settings.told, settings.doubts = "\n".join(maps.told), "\n".join(maps.doubts)
+        for line in maps.doubts:
+            self.report({"WARNING"}, line)
+        self.report({"INFO"}, f"{mixes[-1].name}: a mix of {', '.join(each.name for each in parts)}")
+
+
+def _set_lights(settings: Any, maps: measuring.Maps) -> None:
+    """Make the lamps as bright as they were found to be; one that was left out is as the median of the others."""
+    usual = np.median([*maps.intensities.values()], axis=0)
+    do_differ = any((each != usual).any() for each in maps.intensities.values())
+    for shot in settings.photographs:
+        if shot.lamp is None:
+            continue
+        if do_differ and shot.lamp.data.users > 1:
+            shot.lamp.data = shot.lamp.data.copy()
+        name = bpy.path.basename(shot.files[0].filepath)
+        shot.lamp.data.energy, shot.lamp.data.color = light_of(maps.intensities.get(name, usual))
 
 
 def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps, beyond: str,
@@ -163,14 +232,4 @@ def _image(name: str, content: bytes) -> bpy.types.Image:
     return image
 
 
-def _plane(maps: measuring.Maps, surface: bpy.types.Material) -> bpy.types.Mesh:
-    """A mesh of the sample's size with a UV map, about its middle."""
-    x, y = (each / 2 for each in maps.size)
-    mesh = bpy.data.meshes.new(maps.name)
-    mesh.from_pydata([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)], [], [(0, 1, 2, 3)])
-    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
-    mesh.materials.append(surface)
-    return mesh
-
-
-classes = (MEASUREDBRDF_OT_measure_flat,)
+classes = (MEASUREDBRDF_OT_measure_flat, MEASUREDBRDF_OT_measure_sample)

@@ -1,4 +1,4 @@
-"""From photographs of a ball to its material: a scene of them, ball and lamps in their places, samples, comparisons."""
+"""From photographs of a ball or a flat sample to its material: a scene of them, things in their places, comparisons."""
 
 import math
 from functools import partial
@@ -28,6 +28,7 @@ from . import settings as photographs
 from . import work as measuring
 
 _PICTURES = "*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg"
+_LIGHTS = ";".join(f"*{suffix}" for suffix in measuring.LIGHT_POSITIONS)
 
 
 class HasPhotographs(InBackground):
@@ -36,7 +37,7 @@ class HasPhotographs(InBackground):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if context.scene is None or not photographs.get(context.scene).photographs:
-            cls.poll_message_set("This scene has no photographs of a ball")
+            cls.poll_message_set("This scene has no photographs to measure")
             return False
         return bool(context.scene.is_editable)
 
@@ -47,56 +48,45 @@ class HasPhotographs(InBackground):
         return not_none(context.scene)
 
     def scene(self) -> bpy.types.Scene:
-        """The scene that was remembered. ValueError if it, or its ball, has been removed meanwhile."""
+        """The scene that was remembered. ValueError if it, or what is measured, has been removed meanwhile."""
         scene = by_session_uid(bpy.data.scenes, self._scene)
-        if scene is None or photographs.get(scene).ball is None:
+        if scene is None or photographs.surface(photographs.get(scene)) is None:
             raise ValueError("The scene of the photographs has been removed meanwhile")
         return scene
 
 
-class MEASUREDBRDF_OT_measure_photographs(AsksForPath, bpy.types.Operator):
-    """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, \
-their folder, or a description (.toml, .lp)"""
-
-    bl_idname = "measured_brdf.measure_photographs"
-    bl_label = "Measure Photographs"
-    bl_options = {"REGISTER", "UNDO"}
+class _ChoosesFiles(AsksForPath):
+    """A mix-in for operators that ask for one file or several."""
 
     path_name = "filepath"
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: StringProperty(default=f"{_PICTURES};*.toml;*.lp", options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
-    radius: FloatProperty(name="Ball Radius", default=0.025, min=1e-5, subtype="DISTANCE", precision=5,
-                          description="Of the ball")
-    distance: FloatProperty(name="Camera Distance", default=1.5, min=1e-4, subtype="DISTANCE",
-                            description="From the camera to the ball, about. The camera can be moved later")
+
+    def paths(self, what: str) -> list[str]:
+        """What was chosen. ValueError where that is nothing, which says what it should have been."""
+        paths = [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
+            bpy.path.abspath(self.filepath or self.directory)]
+        if not paths[0]:
+            raise ValueError(f"The path is empty: choose {what}")
+        return paths
+
+
+class _MakesScene(_ChoosesFiles):
+    """A mix-in for operators that make a scene of photographs."""
+
     exposures: IntProperty(name="Exposures", default=0, min=0,
                            description="Pictures of each lamp, which follow one another by name. 0: found by the "
                                        "exposure times in the files")
-    to_scene: BoolProperty(name="To This Scene", options={"HIDDEN", "SKIP_SAVE"},
-                           description="Add them to the photographs of this scene")
+    asked: tuple[str, ...] = ()         # the properties at the right of the file browser
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
         layout.use_property_split = True
-        for name in ("exposures",) if self.to_scene else ("radius", "distance", "exposures"):
+        for name in (*self.asked, "exposures"):
             layout.prop(self, name)
 
-    def work(self, context: bpy.types.Context) -> Work:
-        osl_support.make_importable("OpenImageIO")
-        self._scene = not_none(context.scene).session_uid
-        paths = [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
-            bpy.path.abspath(self.filepath or self.directory)]
-        if not paths[0]:
-            raise ValueError("The path is empty: choose the photographs, their folder, or a description")
-        return process.Calculation(partial(measuring.find_description, paths, self.radius, self.distance,
-                                           self.exposures))
-
     def apply(self, context: bpy.types.Context, described: Resolved) -> None:
-        if self.to_scene:
-            self._add(described)
-            return
         made = stage.make(described)
         count = len(photographs.get(made).photographs)
         self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
@@ -106,13 +96,64 @@ their folder, or a description (.toml, .lp)"""
             if not bpy.app.background:
                 _look_through(context)
 
-    def _add(self, described: Resolved) -> None:
+
+class MEASUREDBRDF_OT_measure_photographs(_MakesScene, bpy.types.Operator):
+    """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, \
+their folder, or a description (.toml, .lp)"""
+
+    bl_idname = "measured_brdf.measure_photographs"
+    bl_label = "Measure Photographs"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filter_glob: StringProperty(default=f"{_PICTURES};*.toml;*.lp", options={"HIDDEN"})
+    radius: FloatProperty(name="Ball Radius", default=0.025, min=1e-5, subtype="DISTANCE", precision=5,
+                          description="Of the ball")
+    distance: FloatProperty(name="Camera Distance", default=1.5, min=1e-4, subtype="DISTANCE",
+                            description="From the camera to the ball, about. The camera can be moved later")
+    to_scene: BoolProperty(name="To This Scene", options={"HIDDEN", "SKIP_SAVE"},
+                           description="Add them to the photographs of this scene")
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Radius and distance of a new scene."""
+        return () if self.to_scene else ("radius", "distance")
+
+    def work(self, context: bpy.types.Context) -> Work:
+        osl_support.make_importable("OpenImageIO")
+        self._scene = not_none(context.scene).session_uid
+        paths = self.paths("the photographs, their folder, or a description")
+        return process.Calculation(partial(measuring.find_description, paths, self.radius, self.distance,
+                                           self.exposures))
+
+    def apply(self, context: bpy.types.Context, described: Resolved) -> None:
+        if not self.to_scene:
+            super().apply(context, described)
+            return
         scene = by_session_uid(bpy.data.scenes, self._scene)
         known = [] if scene is None else list(photographs.lamps(photographs.get(scene)))
         if scene is None or not known:
-            raise ValueError("This scene has no photographs of a ball")
-        stage.add(scene, described.description["photograph"], known[0].data)
+            raise ValueError("This scene has no photographs to measure")
+        stage.add(scene, described.setup.photographs, known[0].data)
         photographs.get(scene).active = len(photographs.get(scene).photographs) - 1
+
+
+class MEASUREDBRDF_OT_measure_sample_photographs(_MakesScene, bpy.types.Operator):
+    """Make a scene of photographs of a flat sample, in which its materials are measured: choose all of them, \
+their folder, light positions (.lp), a project of relight, or a description (.toml)"""
+
+    bl_idname = "measured_brdf.measure_sample_photographs"
+    bl_label = "Measure Photographs of a Flat Sample"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filter_glob: StringProperty(default=f"{_PICTURES};*.toml;{_LIGHTS}", options={"HIDDEN"})
+    width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
+                         description="Of what fills the pictures. Corners can be moved later")
+    asked = "width",
+
+    def work(self, _context: bpy.types.Context) -> Work:
+        osl_support.make_importable("OpenImageIO")
+        paths = self.paths("the photographs, their folder, light positions, or a description")
+        return process.Calculation(partial(measuring.find_sample_description, paths, self.width, self.exposures))
 
 
 def _look_through(context: bpy.types.Context) -> None:
@@ -125,7 +166,7 @@ def _look_through(context: bpy.types.Context) -> None:
 
 
 class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
-    """Move the ball to its outline in the photographs"""
+    """Move the ball to its outline in the photographs, or the camera to where the corners of a sample say"""
 
     bl_idname = "measured_brdf.fit_outline"
     bl_label = "Fit Outline"
@@ -133,40 +174,49 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        return process.Calculation(partial(measuring.outline, stage.description_of(scene, whole=False), scene.name))
+        find = measuring.outline if photographs.get(scene).ball else measuring.camera_by_corners
+        return process.Calculation(partial(find, stage.description_of(scene, whole=False), scene.name))
 
-    def apply(self, _context: bpy.types.Context, centre: list[float]) -> None:
-        photographs.get(self.scene()).ball.location = centre
+    def apply(self, _context: bpy.types.Context, centre: Any) -> None:
+        settings = photographs.get(self.scene())
+        if settings.ball is None:
+            stage.place_camera(settings.camera, centre, (0, 0, 0))
+            self.report({"INFO"}, "The camera is at {:.4f}, {:.4f}, {:.4f} m".format(*centre.position))
+            return
+        settings.ball.location = centre
         self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*centre))
 
 
-class MEASUREDBRDF_OT_place_lamp(AsksForPath, HasPhotographs, bpy.types.Operator):
-    """Place the lamp of this photograph by another one, of a chrome ball in the place of the painted one"""
+class MEASUREDBRDF_OT_place_lamp(_ChoosesFiles, HasPhotographs, bpy.types.Operator):
+    """Place the lamps of all photographs by pictures of a chrome ball, one under each lamp and chosen at once, or by \
+light positions (.lp, a project of relight); the lamp of this photograph by one picture"""
 
     bl_idname = "measured_brdf.place_lamp"
-    bl_label = "Place Lamp by Chrome Ball"
+    bl_label = "Place Lamps"
     bl_options = {"REGISTER", "UNDO"}
 
-    path_name = "filepath"
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: StringProperty(default=_PICTURES, options={"HIDDEN"})
-    distance: FloatProperty(name="Lamp Distance", default=1.0, min=1e-4, subtype="DISTANCE",
-                            description="From the lamp to the middle of the ball")
+    filter_glob: StringProperty(default=f"{_PICTURES};{_LIGHTS}", options={"HIDDEN"})
+    distance: FloatProperty(name="Lamp Distance", default=1.0, min=0, subtype="DISTANCE",
+                            description="From the lamps to the middle of ball or sample. 0: far away")
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        settings = photographs.get(scene)
-        shot = photographs.active(settings)
-        description = stage.description_of(scene, [shot], whole=False)
-        self._lamp = shot.lamp.session_uid
-        return process.Calculation(partial(measuring.lamp_by_chrome, description, scene.name,
-                                           bpy.path.abspath(self.filepath), self.distance))
+        settings, paths = photographs.get(scene), self.paths("pictures of a chrome ball, or light positions")
+        is_one = len(paths) == 1 and Path(paths[0]).suffix.lower() not in measuring.LIGHT_POSITIONS
+        shots = [photographs.active(settings)] if is_one else [*settings.photographs]
+        self._lamps = [None if each.lamp is None else each.lamp.session_uid for each in shots]
+        return process.Calculation(partial(measuring.lamps_by, stage.description_of(scene, shots, whole=False),
+                                           scene.name, paths, self.distance, bpy.path.abspath(settings.chrome_mask)))
 
-    def apply(self, _context: bpy.types.Context, place: list[float]) -> None:
-        lamp = by_session_uid(bpy.data.objects, self._lamp)
-        if lamp is None:
-            raise ValueError("The lamp has been removed meanwhile")
-        lamp.location = place
+    def apply(self, _context: bpy.types.Context, places: list[list[float] | None]) -> None:
+        lamps = [by_session_uid(bpy.data.objects, uid) for uid in self._lamps]
+        if None in lamps:
+            raise ValueError("A lamp has been removed meanwhile")
+        for lamp, place in zip(lamps, places, strict=True):
+            if place is not None:
+                not_none(lamp).location = place
+        if missing := places.count(None):
+            self.report({"WARNING"}, f"{missing} of {len(places)} lamps were not found, and stay where they are")
 
 
 class MEASUREDBRDF_OT_measure_ball(HasPhotographs, bpy.types.Operator):
@@ -198,7 +248,7 @@ them"""
         (outcome, content, centre, intensity, told, doubts), shader = prepared
         scene = self.scene()
         settings = photographs.get(scene)
-        ball, energy, colour = settings.ball, *_light(intensity)
+        ball, energy, colour = settings.ball, *light_of(intensity)
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
         with replacing(outcome.measured.path) as stream:
             stream.write(content)
@@ -219,14 +269,14 @@ them"""
         self.report({"INFO"}, f"{made.name}: {quality_summary(made.measured_brdf).line}")
 
 
-def _light(intensity: FloatArray) -> tuple[float, FloatArray]:
+def light_of(intensity: FloatArray) -> tuple[float, FloatArray]:
     """The power and the colour of a lamp in Blender, by its radiant intensity, (channels,) in linear Rec.709."""
     colour = np.maximum(conversion(DEFAULT, scene_colours() or DEFAULT) @ np.broadcast_to(intensity, 3), 0)
     return float(4 * math.pi * colour.max()), colour / colour.max()
 
 
 class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
-    """Render the ball in this scene, in the place and under the lamp of this photograph, and show what differs"""
+    """Render ball or sample in this scene, in the place and under the lamp of this photograph, and show what differs"""
 
     bl_idname = "measured_brdf.compare_photograph"
     bl_label = "Compare with Photograph"
@@ -261,5 +311,6 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         self.report({"WARNING"} if judged.is_bad else {"INFO"}, judged.words)
 
 
-classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp,
-           MEASUREDBRDF_OT_measure_ball, MEASUREDBRDF_OT_compare_photograph)
+classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_measure_sample_photographs,
+           MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp, MEASUREDBRDF_OT_measure_ball,
+           MEASUREDBRDF_OT_compare_photograph)

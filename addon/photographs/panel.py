@@ -1,4 +1,4 @@
-"""The panel of a scene with photographs of a ball, in the sidebar of the 3D view."""
+"""The panel of a scene with photographs of a ball or of a flat sample, in the sidebar of the 3D view."""
 
 import math
 from functools import partial
@@ -15,6 +15,7 @@ from ..work import icons
 from . import settings as photographs
 from . import stage
 from .comparison import TIMES
+from .flat import MEASUREDBRDF_OT_measure_sample
 from .operators import (
     MEASUREDBRDF_OT_compare_photograph,
     MEASUREDBRDF_OT_fit_outline,
@@ -22,14 +23,15 @@ from .operators import (
     MEASUREDBRDF_OT_measure_photographs,
     MEASUREDBRDF_OT_place_lamp,
 )
-from .settings import BALL, CARD, GUESS, INTENSITY
+from .settings import BALL, CARD, CHOSEN, GUESS, INTENSITY
 
 _ROWS = 5                   # of the list
+_CORNERS = "Bottom Left", "Bottom Right", "Top Right", "Top Left"
 _SIDES = "Region Left", "Top", "Right", "Bottom"
 
 
 class MEASUREDBRDF_UL_photographs(bpy.types.UIList):
-    """The photographs of a scene, and how far each lamp is from the camera"""
+    """The photographs of a scene, and the angle of each lamp from the camera, or from a sample's normal"""
 
     def draw_item(self, _context: bpy.types.Context, layout: bpy.types.UILayout, data: Any, item: Any, _icon: int,
                   _active_data: Any, _active_property: str) -> None:
@@ -38,7 +40,7 @@ class MEASUREDBRDF_UL_photographs(bpy.types.UIList):
         row.prop(item, "used", text="")
         row.label(text=item.name)
         lamp = item.lamp
-        if lamp is not None and None not in (data.ball, data.camera):
+        if lamp is not None and None not in (photographs.surface(data), data.camera):
             placed = stage.is_placed(lamp)
             row.label(text=f"{math.degrees(stage.phase_angle(data, lamp)):.0f}°" if placed else "not placed",
                       icon="NONE" if placed else "ERROR")
@@ -57,7 +59,7 @@ class _Sidebar:
 
 
 class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
-    """Photographs of a ball, of which its material is measured"""
+    """Photographs of a ball or a flat sample, of which its material is measured"""
 
     bl_label = "Measure Photographs"
 
@@ -88,31 +90,39 @@ def _draw_photograph(layout: bpy.types.UILayout, shot: Any) -> None:
         return
     column = layout.column(align=True)
     column.prop(shot.lamp, "location", text="Lamp")
-    column.operator(MEASUREDBRDF_OT_place_lamp.bl_idname, text="By a Chrome Ball...", icon="SHADING_RENDERED")
+    column.operator(MEASUREDBRDF_OT_place_lamp.bl_idname, icon="SHADING_RENDERED",
+                    text="By Chrome Balls or Positions...")
 
 
 def _draw_work(layout: bpy.types.UILayout, settings: Any) -> None:
     """Draw what is done with the photographs; while a job runs its progress."""
     if draw_running(layout.row(align=True)):
         return
-    layout.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
-    draw_presets(layout, settings)
-    layout.operator(MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
+    if stage.is_flat(settings):
+        layout.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_PLANE", text="Camera by Corners")
+        layout.operator(MEASUREDBRDF_OT_measure_sample.bl_idname, icon="MATERIAL")
+    else:
+        layout.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
+        draw_presets(layout, settings)
+        layout.operator(MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
     if settings.scale == GUESS:
         draw_wrapped(layout, "The scale is a guess", "INFO")
 
 
 class MEASUREDBRDF_PT_photographs_stage(_Sidebar, bpy.types.Panel):
-    """Camera, ball and lamp, and how the files are read"""
+    """Camera, ball or sample, and lamp, and how the files are read"""
 
-    bl_label = "Camera, Ball and Files"
+    bl_label = "Camera, Lamps and Files"
     bl_parent_id = "MEASUREDBRDF_PT_photographs"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = _layout(self), photographs.get(not_none(context.scene))
         if settings.camera is not None:
-            layout.prop(settings.camera, "location", text="Camera")
+            if stage.is_flat(settings):
+                layout.prop(settings, "is_far", text="Camera Far Away")
+            else:
+                layout.prop(settings.camera, "location", text="Camera")
             column = layout.column(align=True)
             column.prop(settings.camera.data, "lens")
             column.prop(settings.camera.data, "sensor_width", text="Sensor Width")
@@ -122,7 +132,39 @@ class MEASUREDBRDF_PT_photographs_stage(_Sidebar, bpy.types.Panel):
         lamp = photographs.active(settings).lamp
         if lamp is not None:
             layout.prop(lamp.data, "shadow_soft_size", text="Lamp Radius")
-        for name in ("dark", "flat", "mask", "encoding", "matrix", "samples"):
+        is_flat = stage.is_flat(settings)
+        for name in ("dark", "flat", "chrome_mask", *(("finds_brightness",) if is_flat else ("mask",)), "encoding",
+                     "matrix", *(() if is_flat else ("samples",))):
+            layout.prop(settings, name)
+
+
+class MEASUREDBRDF_PT_photographs_sample(_Sidebar, bpy.types.Panel):
+    """Where the flat sample is in the photographs, and what is made of it"""
+
+    bl_label = "Sample"
+    bl_parent_id = "MEASUREDBRDF_PT_photographs"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return stage.is_flat(photographs.get(not_none(context.scene)))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = _layout(self), photographs.get(not_none(context.scene))
+        column = layout.column(align=True)
+        if settings.sample is not None:
+            column.prop(settings, "width")
+            column.prop(settings, "height")
+        layout.prop(settings, "drawn_corners")
+        if settings.drawn_corners is None:
+            column = layout.column(align=True)
+            for number, corner in enumerate(_CORNERS):
+                row = column.row(align=True)
+                row.prop(settings, "corners", index=2 * number, text=corner)
+                row.prop(settings, "corners", index=2 * number + 1, text="")
+        for name in ("mask", "drawn_outline", "texels", "count"):
+            layout.prop(settings, name)
+        chosen = [name for name in CHOSEN if getattr(settings, name) is not None]
+        for name in CHOSEN[:len(chosen) + 1]:
             layout.prop(settings, name)
 
 
@@ -138,7 +180,8 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
         fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), BALL: ("known", "known_albedo", "known_lamp"),
                   CARD: ("known", "known_albedo", "known_lamp", "normal")}[settings.scale or GUESS]
         for name in fields:
-            layout.prop(settings, name)
+            if name != "normal" or not stage.is_flat(settings):
+                layout.prop(settings, name)
         if settings.scale == CARD:
             column = layout.column(align=True)
             for number, side in enumerate(_SIDES):
@@ -153,7 +196,7 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
 class MEASUREDBRDF_PT_photographs_coverage(_Sidebar, bpy.types.Panel):
     """What the photographs have measured, and where to put the next lamp"""
 
-    bl_label = "Coverage"
+    bl_label = "Report"
     bl_parent_id = "MEASUREDBRDF_PT_photographs"
 
     @classmethod
@@ -161,14 +204,16 @@ class MEASUREDBRDF_PT_photographs_coverage(_Sidebar, bpy.types.Panel):
         return bool(photographs.get(not_none(context.scene)).told)
 
     def draw(self, context: bpy.types.Context) -> None:
-        settings = photographs.get(not_none(context.scene))
+        layout, settings = _layout(self), photographs.get(not_none(context.scene))
         doubts = settings.doubts.splitlines()
         for line in settings.told.splitlines():
-            draw_wrapped(not_none(self.layout), line, "ERROR" if line in doubts else "DOT")
+            draw_wrapped(layout, line, "ERROR" if line in doubts else "DOT")
+            if "Values" in line:        # the setting that the line is about
+                layout.prop(settings, "encoding")
 
 
 class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
-    """The ball as it is rendered beside the photograph"""
+    """Ball or sample as it is rendered beside the photograph"""
 
     bl_label = "Comparison"
     bl_parent_id = "MEASUREDBRDF_PT_photographs"
@@ -187,6 +232,7 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
         draw_wrapped(column, f"Photograph and render; half of each, and what differs, {TIMES} times as bright", "DOT")
 
 
-classes = (MEASUREDBRDF_UL_photographs, MEASUREDBRDF_PT_photographs, MEASUREDBRDF_PT_photographs_scale,
+classes = (MEASUREDBRDF_UL_photographs, MEASUREDBRDF_PT_photographs, MEASUREDBRDF_PT_photographs_sample,
+           MEASUREDBRDF_PT_photographs_scale,
            MEASUREDBRDF_PT_photographs_coverage, MEASUREDBRDF_PT_photographs_comparison,
            MEASUREDBRDF_PT_photographs_stage)

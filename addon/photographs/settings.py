@@ -1,9 +1,11 @@
-"""Photographs of a ball in a scene: which files they are, and which objects stand for camera, ball and lamps.
+"""Photographs of a ball or of a flat sample in a scene: which files they are, and which objects stand for camera, ball
+or sample, and lamps.
 
 Where these are, the objects alone know. Each photograph has a lamp object of its own, of which the active photograph's
 is shown.
 """
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -20,18 +22,24 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...fitter.photographs.descriptions import GUESS as GUESSED
+from ...fitter.photographs.capture_setup import GUESS as GUESSED
+from ...fitter.photographs.capture_setup import MOST_MATERIALS, MOST_TEXELS
 from ...fitter.photographs.picture_files import ENCODINGS
 from ...fitter.quality import verdict
+from ..core.shading import material
 from ..core.storage.paths import RELATIVE, Place
 from ..core.storage.properties import PRESET_ITEMS
 
 AS_THE_FILE_SAYS = "auto"
 GUESS, CARD, BALL, INTENSITY = "albedo", "card", "ball", "intensity"
-_SCALES = ((GUESS, "Guess", "The albedo of the ball is a guess, and with it the scale of the reflectance"),
-           (CARD, "Card", "A card of known albedo was photographed at the ball's place"),
+_SCALES = ((GUESS, "Guess", "The albedo is a guess, and with it the scale of the reflectance"),
+           (CARD, "Card", "A card of known albedo was photographed at the ball's place, or in the plane of the sample"),
            (BALL, "White Ball", "A matte ball of known albedo, of the same size, was photographed at the same place"),
            (INTENSITY, "Intensity", "The lamp's radiant intensity is known"))
+_FOUND = "0"
+_COUNTS = ((_FOUND, "Found", "As many as predict photographs best that are left out"),
+           *((str(count), str(count), f"{count} of them are found") for count in range(1, MOST_MATERIALS + 1)))
+CHOSEN = "first", "second", "third", "fourth"
 _ENCODINGS = ((AS_THE_FILE_SAYS, "As the Files Say", "sRGB where the files say so or have 8 bits; else linear"),
               (ENCODINGS[0], "Linear", "Linear, whatever the files say"),
               (ENCODINGS[1], "sRGB", "sRGB, whatever the files say"))
@@ -48,7 +56,7 @@ class MeasuredExposure(bpy.types.PropertyGroup):
 
 
 class MeasuredPhotograph(bpy.types.PropertyGroup):
-    """The ball under one lamp, in one exposure or several."""
+    """The ball or the sample under one lamp, in one exposure or several."""
 
     files: CollectionProperty(type=MeasuredExposure)
     used: BoolProperty(name="Use", default=True, description="Measure this photograph")
@@ -80,6 +88,30 @@ def _set_radius(settings: Any, radius: float) -> None:
         settings.ball.scale = radius, radius, radius
 
 
+def _side(axis: int, name: str, default: str) -> Any:
+    def get_side(settings: Any) -> float:
+        return settings.sample.data.vertices[2].co[axis] * 2 if settings.sample is not None else 0.0
+
+    def set_side(settings: Any, length: float) -> None:
+        # of the meshes, for the scale of an object makes slopes steeper
+        for item in () if settings.sample is None else (settings.sample, *settings.sample.children):
+            for vertex in item.data.vertices:
+                vertex.co[axis] = math.copysign(length / 2, vertex.co[axis])
+            item.data.update()
+    return FloatProperty(name=name, get=get_side, set=set_side, min=0, subtype="DISTANCE", precision=5,
+                         description=f"Of the sample{default}")
+
+
+def _material(number: int) -> Any:
+    return PointerProperty(name=f"Material {number}", type=bpy.types.Material, poll=_is_fitted, description=(
+        "A measured material of this file that the sample is a mix of. Where none is chosen they are found in the "
+        "photographs"))
+
+
+def _is_fitted(_settings: Any, made: bpy.types.Material) -> bool:
+    return material.is_measured(made)
+
+
 class MeasuredPhotographs(bpy.types.PropertyGroup):
     """Stored with the scene."""
 
@@ -89,6 +121,32 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     ball: PointerProperty(name="Ball", type=bpy.types.Object)
     radius: FloatProperty(name="Ball Radius", get=_radius, set=_set_radius, min=0, subtype="DISTANCE", precision=5,
                           description="Of the ball: the scale of its object")
+    sample: PointerProperty(name="Sample", type=bpy.types.Object)
+    width: _side(0, "Width", ", from its left to its right")
+    height: _side(1, "Height", ", from its lower to its upper edge")
+    corners: FloatVectorProperty(name="Corners", size=8, min=0, precision=1, description=(
+        "Of the sample in the photographs, pixels from their left and their top: bottom left, bottom right, top right, "
+        "top left"))
+    drawn_corners: PointerProperty(name="Corners", type=bpy.types.Mask, description=(
+        "A mask of four points, drawn upon a photograph in the Image Editor, in the place of the numbers"))
+    drawn_outline: PointerProperty(name="Drawn Mask", type=bpy.types.Mask, description=(
+        "A mask drawn around the sample upon a photograph in the Image Editor: a coin or a leaf is no rectangle"))
+    is_far: BoolProperty(name="Far Away", description=(
+        "The camera looks straight down from far away, nobody knows how far; else the corners and its lens say where "
+        "it stood"))
+    chrome_mask: StringProperty(name="Chrome Ball", subtype="FILE_PATH", options=RELATIVE, description=(
+        "Picture that is white where a chrome ball is whose highlights say where lamps were. Without it, and for a "
+        "painted ball, it is found by its outline"))
+    finds_brightness: BoolProperty(name="Lamps Differ", description=(
+        "Find how bright each lamp is beside the others, by the sample itself"))
+    texels: IntProperty(name="Texels", min=0, max=MOST_TEXELS,
+                        description="Of the masks and the normal map, along the width. 0: as many as it has pixels")
+    count: EnumProperty(name="Materials", items=_COUNTS, default=_FOUND,
+                        description="How many materials the sample is a mix of")
+    first: _material(1)
+    second: _material(2)
+    third: _material(3)
+    fourth: _material(4)
     dark: StringProperty(name="Lamp Off", subtype="FILE_PATH", options=RELATIVE,
                          description="Photograph with the lamp off, if there is one")
     flat: StringProperty(name="Even Surface", subtype="FILE_PATH", options=RELATIVE,
@@ -102,7 +160,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
                                        "the files say")
     scale: EnumProperty(name="Scale", items=_SCALES, default=GUESS, description="How bright the lamp is")
     albedo: FloatProperty(name="Albedo", default=GUESSED, min=0, max=1, subtype="FACTOR",
-                          description="What you guess the ball to have: the share of even light that it reflects")
+                          description="What you guess ball or sample to have: the share of even light that it reflects")
     known: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE,
                           description="Photograph of the card or of the white ball")
     known_exposure: FloatProperty(name="Exposure", min=0, precision=5,
@@ -140,6 +198,11 @@ def judged(shot: Any) -> verdict.Judgement:
                           verdict.PREDICTED_LIMITS)
 
 
+def surface(settings: Any) -> Any:
+    """The object that is measured: the ball, or the sample; None where it has been deleted."""
+    return settings.ball or settings.sample
+
+
 def lamps(settings: Any) -> Iterator[bpy.types.Object]:
     """The lamps of all photographs."""
     yield from (each.lamp for each in settings.photographs if each.lamp is not None)
@@ -148,7 +211,7 @@ def lamps(settings: Any) -> Iterator[bpy.types.Object]:
 def places(scene: bpy.types.Scene) -> Iterator[Place]:
     """Where the files of a scene's photographs are told."""
     settings = get(scene)
-    yield from ((settings, name) for name in ("dark", "flat", "mask", "known", "samples"))
+    yield from ((settings, name) for name in ("dark", "flat", "mask", "chrome_mask", "known", "samples"))
     for each in settings.photographs:
         yield from ((file, "filepath") for file in each.files)
         yield from ((picture, "filepath_raw") for picture in (each.picture, each.comparison) if picture is not None)
@@ -167,7 +230,7 @@ def show(settings: Any) -> None:
 def register() -> None:
     for cls in _GROUPS:
         bpy.utils.register_class(cls)
-    bpy.types.Scene.measured_brdf_photographs = PointerProperty(type=MeasuredPhotographs, name="Photographs of a Ball")
+    bpy.types.Scene.measured_brdf_photographs = PointerProperty(type=MeasuredPhotographs, name="Photographs")
 
 
 def unregister() -> None:

@@ -1,6 +1,6 @@
-"""A description of photographs as a scene, with a camera, a ball and lamps; and the description of such a scene.
+"""A description of photographs as a scene, with a camera, a ball or a flat sample, and lamps; and that of such a scene.
 
-The description is what `python -m fitter photographs` reads, as `fitter.photographs.setup` has it.
+It is what `python -m fitter photographs` and `flat` read, as `fitter.photographs.capture_setup` has it.
 """
 
 import json
@@ -12,24 +12,33 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix, Vector
+from mathutils import Matrix, Vector, geometry
 
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs import camera as cameras
-from ...fitter.photographs.descriptions import Description
+from ...fitter.photographs import flat_setup, viewpoint
+from ...fitter.photographs.capture_setup import (
+    BallSetup,
+    CameraSetup,
+    CaptureSetup,
+    Description,
+    SampleSetup,
+    Shot,
+)
 from ...fitter.photographs.setup import Resolved
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.shading import look, material
 from ..core.storage import paths
 from . import settings as photographs
-from .settings import AS_THE_FILE_SAYS, BALL, CARD, GUESS, INTENSITY
+from .settings import AS_THE_FILE_SAYS, BALL, GUESS, INTENSITY
 from .work import LENS, SENSOR, START
 
 _SAMPLES, _IN_VIEW = 64, 16         # per pixel: of renders, and of the 3D view, which else competes with the workers
 _NEAR = 1e-6                # m: an object so near a place is there
 _PREVIEW = 0.2, 0.2         # albedo and roughness of the ball until it is measured: a highlight to be seen
+_ON_CURVE = 9               # points of a mask's curve between two of its own
 _HALF = 0.5                 # opacity of the photograph before the ball
 
 
@@ -37,41 +46,46 @@ def make(resolved: Resolved) -> bpy.types.Scene:
     """Make a scene of a description whose places are numbers. Raises DatasetError if it has what the settings of a
     scene cannot hold: several files of a card, say.
     """
-    description, (height, width) = resolved
-    scene = bpy.data.scenes.new(description["name"])
+    setup, (height, width), is_far = resolved
+    shots = setup.photographs
+    scene = bpy.data.scenes.new(setup.title)
     osl_support.enable(scene)
     scene.cycles.samples, scene.cycles.preview_samples = _SAMPLES, _IN_VIEW
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
     scene.view_settings.view_transform = "Standard"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
     settings = photographs.get(scene)
-    settings.camera = scene.camera = _camera(scene, description["camera"], description["ball"]["centre"])
-    settings.ball = _ball(scene, description["ball"])
+    settings.camera = scene.camera = _camera(scene, setup.camera)
+    if setup.ball is not None:
+        settings.ball = _ball(scene, setup.ball)
+        place_camera(settings.camera, setup.camera, setup.ball.centre)
+    else:
+        settings.sample, settings.is_far = _sample(scene, setup.of_sample()), is_far
+        place_camera(settings.camera, setup.camera, np.zeros(3))
     light = bpy.data.lights.new("Lamp", "POINT")
     light.use_soft_falloff = False          # a ball
-    light.shadow_soft_size = description.get("lamp", {}).get("radius", 0.0)
+    light.shadow_soft_size = setup.lamp.radius
     light.energy = 4 * math.pi              # a radiant intensity of 1
-    add(scene, description["photograph"], light)
-    _store(settings, description, scene, light)
-    first = Path(description["photograph"][0]["files"][0])
-    settings.samples = str(first.with_name(f"{description['name']}.npz"))
+    add(scene, shots, light)
+    _store(settings, setup, scene, light)
+    settings.samples = str(shots[0].files[0].absolute().with_name(f"{setup.title}.npz"))
     photographs.show(settings)
     return scene
 
 
-def add(scene: bpy.types.Scene, shots: Sequence[Description], light: Any) -> None:
+def add(scene: bpy.types.Scene, shots: Sequence[Shot], light: Any) -> None:
     """Add photographs of a description to a scene, each with a lamp that has this light."""
-    names = [Path(shot["files"][0]).stem for shot in shots]
-    pictures = [_picture(shot["files"][0]) for shot in shots]
-    lamps = [_lamp(scene, name, light, shot["lamp"]) for name, shot in zip(names, shots, strict=True)]
+    names = [shot.files[0].stem for shot in shots]
+    pictures = [_picture(str(shot.files[0].absolute())) for shot in shots]
+    lamps = [_lamp(scene, name, light, not_none(shot.lamp)) for name, shot in zip(names, shots, strict=True)]
     # last, because it is not taken back on an error
     for shot, name, picture, lamp in zip(shots, names, pictures, lamps, strict=True):
         added = photographs.get(scene).photographs.add()
         added.name, added.picture, added.lamp = name, picture, lamp
-        for number, path in enumerate(shot["files"]):
+        exposures = np.zeros(len(shot.files)) if shot.exposures is None else shot.exposures
+        for path, exposure in zip(shot.files, exposures, strict=True):
             file = added.files.add()
-            file.filepath = path
-            file.exposure = shot["exposures"][number] if "exposures" in shot else 0.0
+            file.filepath, file.exposure = str(path.absolute()), exposure
 
 
 def _picture(path: str) -> bpy.types.Image:
@@ -81,37 +95,69 @@ def _picture(path: str) -> bpy.types.Image:
     return picture
 
 
-def _camera(scene: bpy.types.Scene, description: Description, centre: Sequence[float]) -> bpy.types.Object:
+def _camera(scene: bpy.types.Scene, setup: CameraSetup) -> bpy.types.Object:
     data = bpy.data.cameras.new("Camera")
     data.sensor_fit = "HORIZONTAL"
-    data.sensor_width = description.get("sensor_width", SENSOR)
-    if "field_of_view" in description:
-        data.lens = data.sensor_width / (2 * math.tan(math.radians(description["field_of_view"]) / 2))
-    else:
-        data.lens = description.get("focal_length", LENS)
+    data.sensor_width = setup.sensor_width or SENSOR
+    data.lens = setup.focal_length or LENS
+    if setup.field_of_view is not None:
+        data.lens = data.sensor_width / (2 * math.tan(math.radians(setup.field_of_view) / 2))
     background = data.background_images.new()
     background.display_depth, background.alpha = "FRONT", _HALF
     data.show_background_images = True
-    item = _object(scene, "Camera", data)
-    orientation = cameras.looking(description["position"], description.get("look_at", centre),
-                                  description.get("up", (0, 0, 1)))
-    item.matrix_basis = Matrix.Translation(description["position"]) @ Matrix(orientation.tolist()).to_4x4()
+    return _object(scene, "Camera", data)
+
+
+def place_camera(item: bpy.types.Object, setup: CameraSetup, centre: Any) -> None:
+    """Put a camera where a description whose places are numbers has it; by default it looks at a centre, (3,)."""
+    orientation = viewpoint.orientation(setup, centre)
+    item.matrix_basis = Matrix.Translation(Vector(_numbers(setup.position))) @ Matrix(orientation.tolist()).to_4x4()
+
+
+def _ball(scene: bpy.types.Scene, setup: BallSetup) -> bpy.types.Object:
+    item = _object(scene, "Ball", look.sphere())
+    item.location, item.scale = _numbers(setup.centre), [not_none(setup.radius)] * 3
+    item.material_slots[0].material = _preview()
     return item
 
 
-def _ball(scene: bpy.types.Scene, description: Description) -> bpy.types.Object:
-    item = _object(scene, "Ball", look.sphere())
-    item.location, item.scale = description["centre"], [description["radius"]] * 3
+def _sample(scene: bpy.types.Scene, setup: SampleSetup) -> bpy.types.Object:
+    """A plane, and an outline of it that is drawn before what the camera sees."""
+    mesh, edge = plane("Sample", (setup.width, setup.height), _preview()), bpy.data.meshes.new("Outline")
+    edge.from_pydata([vertex.co[:] for vertex in mesh.vertices], [(0, 1), (1, 2), (2, 3), (3, 0)], [])
+    item, outline = _object(scene, "Sample", mesh), _object(scene, "Outline", edge)
+    outline.parent, outline.show_in_front, outline.hide_select = item, True, True
+    for each in (item, outline):        # places of lamps and camera are the sample's
+        each.lock_location = each.lock_rotation = each.lock_scale = True, True, True
+    return item
+
+
+def plane(name: str, size: tuple[float, float], surface: bpy.types.Material) -> bpy.types.Mesh:
+    """A mesh of a width and height, about its middle, with a UV map."""
+    x, y = (each / 2 for each in size)
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)], [], [(0, 1, 2, 3)])
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+    mesh.materials.append(surface)
+    return mesh
+
+
+def _preview() -> bpy.types.Material:
+    """What ball and sample are of until they are measured."""
     preview = bpy.data.materials.new("Not Measured")
     material.use_nodes(preview)
     surface: Any = next(node for node in not_none(preview.node_tree).nodes if node.type == "BSDF_PRINCIPLED")
     surface.inputs["Base Color"].default_value = (*[_PREVIEW[0]] * 3, 1)
     surface.inputs["Roughness"].default_value = _PREVIEW[1]
-    item.material_slots[0].material = preview
-    return item
+    return preview
 
 
-def _lamp(scene: bpy.types.Scene, name: str, light: bpy.types.Light, at: Sequence[float]) -> bpy.types.Object:
+def _numbers(place: Any) -> list[float]:
+    """A place of a description in which all are numbers."""
+    return np.asarray(place, dtype=float).tolist()
+
+
+def _lamp(scene: bpy.types.Scene, name: str, light: bpy.types.Light, at: Any) -> bpy.types.Object:
     item = _object(scene, f"Lamp of {name}", light)
     item.location = at
     return item
@@ -123,42 +169,50 @@ def _object(scene: bpy.types.Scene, name: str, data: Any) -> bpy.types.Object:
     return item
 
 
-def _store(settings: Any, description: Description, scene: bpy.types.Scene, light: bpy.types.Light) -> None:
+def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bpy.types.Light) -> None:
     """Store what no object says."""
-    lamp = description.get("lamp", {})
-    for name, value in (("dark", _one(lamp, "dark")), ("flat", _one(lamp, "flat")),
-                        ("mask", _one(description["ball"], "mask")),
-                        ("encoding", description["camera"].get("encoding")),
-                        ("matrix", json.dumps(description["camera"].get("matrix", "")).strip('"'))):
+    matrix, given = setup.camera.matrix, setup.ball or setup.of_sample()
+    for name, value in (("dark", _one(setup.lamp.dark)), ("flat", _one(setup.lamp.flat)),
+                        ("mask", _one(given.mask)), ("encoding", setup.camera.encoding),
+                        ("matrix", "" if matrix is None else json.dumps(matrix.tolist()))):
         if value:
             setattr(settings, name, value)
-    (settings.scale, given), = description["scale"].items()
-    if settings.scale == GUESS:
-        settings.albedo = given
-    elif settings.scale == INTENSITY:
-        settings.intensity = _three(given)
-    else:
-        settings.known, settings.known_albedo = _one(given, "file"), _three(given["albedo"])
-        settings.known_exposure, = given.get("exposures", [0.0])
-        settings.known_lamp = next(
-            (lamp for lamp in photographs.lamps(settings) if (lamp.location - Vector(given["lamp"])).length < _NEAR),
-            None) or _lamp(scene, "the scale", light, given["lamp"])
+    if setup.sample is not None:
+        _store_sample(settings, setup)
+    scale = setup.scale
+    settings.scale = scale.way()
+    if scale.albedo is not None:
+        settings.albedo = scale.albedo
+    if scale.intensity is not None:
+        settings.intensity = np.broadcast_to(scale.intensity, 3)
+    known = scale.card or scale.ball
+    if known is not None:
+        settings.known, settings.known_albedo = _one(known.file), np.broadcast_to(known.albedo, 3)
+        settings.known_exposure = 0.0 if known.exposures is None else known.exposures[0]
+        place = not_none(known.lamp)
+        settings.known_lamp = next((lamp for lamp in photographs.lamps(settings)
+                                    if np.linalg.norm(_place(lamp) - place) < _NEAR), None) or _lamp(
+                                        scene, "the scale", light, place)
         settings.known_lamp.hide_render = settings.known_lamp.hide_viewport = True
-        if settings.scale == CARD:
-            settings.normal, settings.region = given["normal"], [int(each) for each in given["region"]]
+        if known.normal is not None:
+            settings.normal = known.normal
+        if known.region is not None:
+            settings.region = known.region.astype(int).tolist()
 
 
-def _one(table: Description, key: str) -> str:
-    """The only file of a key; empty where there is none."""
-    names = table.get(key, "")
-    if isinstance(names, list) and len(names) > 1:
-        raise DatasetError(f"{len(names)} files found, expected one: a scene holds several exposures of "
-                           f"photographs alone", names[0])
-    return names[0] if isinstance(names, list) else names
+def _store_sample(settings: Any, setup: CaptureSetup) -> None:
+    settings.corners = np.ravel(_numbers(setup.of_sample().corners)).tolist()
+    settings.finds_brightness = isinstance(setup.lamp.brightness, str)
+    settings.texels = round(setup.texels or 0)
+    settings.count = str(setup.materials) if isinstance(setup.materials, int) else settings.count
 
 
-def _three(value: float | Sequence[float]) -> tuple[float, ...]:
-    return tuple(value) if isinstance(value, Sequence) else (value,) * 3
+def _one(files: Sequence[Path] | None) -> str:
+    """The only file; empty where there is none."""
+    if files and len(files) > 1:
+        raise DatasetError(f"{len(files)} files found, expected one: a scene holds several exposures of photographs "
+                           f"alone", files[0])
+    return str(files[0].absolute()) if files else ""
 
 
 def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
@@ -171,31 +225,87 @@ def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: boo
     shots = shots or [each for each in settings.photographs if each.used]
     if not shots:
         raise ValueError("No photograph of this scene is used")
-    camera, ball = _there(scene, settings.camera, "camera"), _there(scene, settings.ball, "ball")
-    pose = np.array(_pose(camera))
-    away = pose[:3, :3] / np.linalg.norm(pose[:3, :3], axis=0)
+    camera = _there(scene, settings.camera, "camera")
     lens: Any = camera.data
     first = _there(scene, shots[0].lamp, f"lamp of {shots[0].name}")
     light: Any = first.data
     described: Description = {
-        "name": scene.name,
-        "camera": {"position": pose[:3, 3].tolist(), "look_at": (pose[:3, 3] - away[:, 2]).tolist(),
-                   "up": away[:, 1].tolist(),
-                   "field_of_view": math.degrees(cameras.field_of_view(lens.lens, lens.sensor_width))},
-        "ball": {"centre": _place(ball).tolist(), "radius": settings.radius},
+        "name": scene.name, "camera": {"field_of_view": math.degrees(cameras.field_of_view(lens.lens,
+                                                                                          lens.sensor_width))},
         "lamp": {name: bpy.path.abspath(path) for name, path in (("dark", settings.dark), ("flat", settings.flat))
                  if path},
         "scale": {settings.scale: _scale(scene, settings)} if whole else {INTENSITY: 1.0},
         "photograph": [_shot(scene, each, whole) for each in shots]}
-    if light.shadow_soft_size:
-        described["lamp"]["radius"] = light.shadow_soft_size
-    if settings.mask:
-        described["ball"]["mask"] = bpy.path.abspath(settings.mask)
+    if is_flat(settings):
+        _describe_sample(scene, settings, described)
+    else:
+        _describe_ball(scene, settings, described, light.shadow_soft_size)
     if settings.encoding not in ("", AS_THE_FILE_SAYS):
         described["camera"]["encoding"] = settings.encoding
     if settings.matrix:
         described["camera"]["matrix"] = _matrix(settings.matrix)
     return described
+
+
+def is_flat(settings: Any) -> bool:
+    """Whether the photographs are of a flat sample: its corners are in them, whether or not its object is."""
+    return any(settings.corners)
+
+
+def _describe_ball(scene: bpy.types.Scene, settings: Any, described: Description, lamp_radius: float) -> None:
+    pose, ball = np.array(_pose(settings.camera)), _there(scene, settings.ball, "ball")
+    away = pose[:3, :3] / np.linalg.norm(pose[:3, :3], axis=0)
+    described["camera"] |= {"position": pose[:3, 3].tolist(), "look_at": (pose[:3, 3] - away[:, 2]).tolist(),
+                            "up": away[:, 1].tolist()}
+    described["ball"] = {"centre": _place(ball).tolist(), "radius": settings.radius}
+    if lamp_radius:
+        described["lamp"]["radius"] = lamp_radius
+    if settings.mask:
+        described["ball"]["mask"] = bpy.path.abspath(settings.mask)
+
+
+def _describe_sample(scene: bpy.types.Scene, settings: Any, described: Description) -> None:
+    size = scene.render.resolution_y, scene.render.resolution_x
+    _there(scene, settings.sample, "sample")
+    corners = np.reshape(settings.corners, (4, 2))
+    if settings.drawn_corners is not None:
+        corners = flat_setup.corners_in_order(drawn_corners(settings.drawn_corners), size)
+    described["sample"] = {"width": settings.width, "height": settings.height, "corners": corners.tolist()}
+    if settings.drawn_outline is not None:
+        drawn = drawn_outline(settings.drawn_outline)
+        described["sample"]["outline"] = (np.array(size[::-1]) / 2 + max(size) * drawn * (1, -1)).tolist()
+    if settings.mask:
+        described["sample"]["mask"] = bpy.path.abspath(settings.mask)
+    if settings.is_far:
+        described["camera"]["position"] = "far"
+    if settings.finds_brightness:
+        described["lamp"]["brightness"] = "found"
+    if settings.texels:
+        described["texels"] = settings.texels
+    if int(settings.count or 0):
+        described["materials"] = int(settings.count)
+
+
+def drawn_corners(mask: Any) -> FloatArray:
+    """The four points of a mask, (4, 2), as `flat_setup.corners_in_order` takes them."""
+    if [len(each.points) for each in _splines(mask)] != [4]:
+        raise ValueError(f"Corners: {mask.name!r} is not a mask of one spline with four points")
+    return np.array([tuple(point.co) for point in _splines(mask)[0].points]) - 0.5
+
+
+def drawn_outline(mask: Any) -> FloatArray:
+    """The only curve of a mask as a polygon, (n, 2), in the same coordinates."""
+    if len(_splines(mask)) != 1 or len(_splines(mask)[0].points) < 3:
+        raise ValueError(f"Drawn Mask: {mask.name!r} is not a mask of one spline with three points or more")
+    points = list(_splines(mask)[0].points)
+    curve = [place for one, other in zip(points, [*points[1:], points[0]], strict=True)
+             for place in geometry.interpolate_bezier(one.co, one.handle_right, other.handle_left, other.co,
+                                                      _ON_CURVE)[:-1]]
+    return np.array([place[:2] for place in curve]) - 0.5
+
+
+def _splines(mask: Any) -> list[Any]:
+    return [spline for layer in mask.layers for spline in layer.splines]
 
 
 def _there(scene: bpy.types.Scene, item: bpy.types.Object | None, what: str) -> bpy.types.Object:
@@ -221,7 +331,9 @@ def is_placed(lamp: bpy.types.Object) -> bool:
 
 
 def phase_angle(settings: Any, lamp: bpy.types.Object) -> float:
-    """The angle between a lamp and the camera, seen from the ball, radians."""
+    """The angle between a lamp and the camera, seen from the ball, radians; of a sample, between lamp and normal."""
+    if settings.ball is None:
+        return Vector(_place(lamp).tolist()).angle((0, 0, 1), 0.0)
     to_lamp, to_camera = (Vector((_place(item) - _place(settings.ball)).tolist()) for item in (lamp, settings.camera))
     return to_lamp.angle(to_camera, 0.0)
 
@@ -248,6 +360,10 @@ def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
              "lamp": _place(_there(scene, settings.known_lamp, "lamp of the card or the white ball")).tolist()}
     if settings.known_exposure:
         described["exposures"] = [settings.known_exposure]
+    if is_flat(settings):
+        if settings.scale == BALL:
+            raise ValueError("Scale: a white ball has no place beside a flat sample: choose the card, or a guess")
+        return described | {"region": list(settings.region)}
     if settings.scale == BALL:
         return described
     return described | {"normal": list(settings.normal), "region": list(settings.region)}

@@ -2,7 +2,8 @@
 
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,15 +15,18 @@ from ...fitter import DatasetError, Fit, FlatPhotograph, load, maps_from_flat, p
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.formats import saved_samples
-from ...fitter.photographs import flat_maps, flat_setup, setup
+from ...fitter.photographs import flat_maps, flat_setup, light_positions, setup
 from ...fitter.photographs.ball_advice import advice, left_out
-from ...fitter.photographs.descriptions import (
+from ...fitter.photographs.capture_setup import (
     GUESS,
     PICTURES,
     SUFFIXES,
+    CameraSetup,
+    CaptureSetup,
     Description,
     descriptions_in,
     in_order,
+    parse,
     pictures_in,
     read,
 )
@@ -35,7 +39,15 @@ from ..work import tasks
 
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs
 START = -0.6, -0.8, 0.7     # m from the origin: where lamps are until somebody says where they stood
+LIGHT_POSITIONS = light_positions.SUFFIX, *light_positions.PROJECTS
 _ALIKE = 0.01               # relative difference of exposures that are the same
+# what messages have of a description, and what the panel has in its place
+_IN_PANEL = {'say so by encoding = "linear"': "set Values to Linear",
+             "leave_out leaves such photographs out": "those that are not ticked are left out",
+             ", lamp.dark,": " (Lamp Off)", "camera.matrix": "Camera Matrix", "sample.corners": "Corners",
+             "sample.outline": "Drawn Mask", "sample.width": "Width", "sample.height": "Height",
+             "scale.card.region": "Region", "scale.card.albedo": "Albedo", "scale.ball.albedo": "Albedo",
+             "scale.albedo": "Albedo", "chrome.mask": "Chrome Ball"}
 
 
 class Result(NamedTuple):
@@ -70,12 +82,51 @@ def find_description(paths: Sequence[str], radius: float, distance: float, count
     `described` makes it."""
     folder = Path(paths[0])
     if len(paths) == 1 and (folder.suffix.lower() in SUFFIXES or (folder.is_dir() and descriptions_in(folder))):
-        return opened(paths[0])
-    if len(paths) == 1 and folder.is_dir():
-        paths = list(map(str, pictures_in(folder)))
-        if not paths:
-            raise DatasetError(f"a folder without photographs ({', '.join(PICTURES)})", folder)
+        return setup.resolved(read(paths[0]))
     return described(paths, radius, distance, count)
+
+
+def in_panel(text: str) -> str:
+    """A message with the names that the panel has, in the place of keys of a description."""
+    for key, name in _IN_PANEL.items():
+        text = text.replace(key, name)
+    return text
+
+
+@contextmanager
+def _names_of_panel() -> Iterator[None]:
+    """Let errors of a scene's description name what the panel has."""
+    try:
+        yield
+    except DatasetError as error:
+        raise DatasetError(in_panel(str(error))) from error
+
+
+def find_sample_description(paths: Sequence[str], width: float, count: int) -> setup.Resolved:
+    """The description of a flat sample that a file is, or a folder has; else one of light positions or pictures.
+
+    Then it fills the pictures, is so many metres wide, and its albedo is a guess; the camera looks straight down.
+    """
+    path = Path(paths[0])
+    if path.is_dir() and descriptions_in(path):
+        path = descriptions_in(path)[0]
+    if len(paths) == 1 and path.suffix.lower() == ".toml":
+        return flat_setup.resolved(read(path))
+    folder = path if path.is_dir() else path.parent
+    whole = {"name": folder.absolute().name, "camera": {"position": "far"}, "scale": {"albedo": GUESS},
+             "sample": {"width": width, "height": width}}
+    if len(paths) == 1 and path.suffix.lower() in LIGHT_POSITIONS:
+        made = parse({**whole, "lamp": {"positions": path.name}}, path)
+        size = setup.size_of(made)
+    else:
+        groups, first = _grouped(paths, count)
+        lens = {} if first.field_of_view is None and first.focal_length is None else {"camera": _lens(first)}
+        made = parse({**whole, **lens, "photograph": [{"files": group, "lamp": list(START)} for group in groups]},
+                     folder / "photographs")
+        size = first.size
+    edge = np.array([[0, size[0]], size[::-1], [size[1], 0], [0, 0]], dtype=float)
+    return flat_setup.resolved(replace(made, sample=replace(made.of_sample(), height=width * size[0] / size[1],
+                                                            corners=edge)))
 
 
 def described(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
@@ -84,6 +135,22 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int) 
     Radius of the ball, and distance of the camera from it, are in metres; `count` is that of exposures under each lamp,
     0: as the files say.
     """
+    groups, first = _grouped(paths, count)
+    folder = Path(paths[0]).parent
+    return setup.Resolved(parse(
+        {"name": folder.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(first)},
+         "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": GUESS},
+         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, folder / "photographs"),
+        first.size)
+
+
+def _grouped(paths: Sequence[str], count: int) -> tuple[list[list[str]], PictureInfo]:
+    """Pictures, or those in a folder, by their lamps, and what the first file says."""
+    folder = Path(paths[0])
+    if len(paths) == 1 and folder.is_dir():
+        paths = list(map(str, pictures_in(folder)))
+        if not paths:
+            raise DatasetError(f"a folder without photographs ({', '.join(PICTURES)})", folder)
     paths = sorted(paths, key=lambda path: in_order(Path(path).name))
     abouts: list[PictureInfo] = []
     for number, path in enumerate(paths):
@@ -93,11 +160,7 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int) 
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
             f"{width} x {height}" for height, width in sizes), Path(paths[0]).parent)
-    groups = _groups(paths, [each.exposure for each in abouts], count)
-    return setup.Resolved(
-        {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(abouts[0])},
-         "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": GUESS},
-         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, abouts[0].size)
+    return _groups(paths, [each.exposure for each in abouts], count), abouts[0]
 
 
 def _groups(paths: Sequence[str], exposures: Sequence[float | None], count: int) -> list[list[str]]:
@@ -130,27 +193,44 @@ def _lens(said: PictureInfo) -> dict[str, float]:
     return {"focal_length": focal, "sensor_width": 2 * focal * half}
 
 
-def opened(path: str) -> setup.Resolved:
-    """The description in a file, with absolute paths and all places in numbers."""
-    return setup.resolved(*read(path))
-
-
 def outline(description: Description, name: str) -> list[float]:
     """Where the ball of a description is, by its outline in the photographs."""
     ball = {**description["ball"], "centre": "outline"}
-    centre: list[float] = setup.resolved({**description, "ball": ball}, name).description["ball"]["centre"]
-    return centre
+    with _names_of_panel():
+        found = setup.resolved(parse({**description, "ball": ball}, name)).setup.of_ball()
+    return np.asarray(found.centre).tolist()
 
 
-def lamp_by_chrome(description: Description, name: str, chrome: str, distance: float) -> list[float]:
-    """Where the lamp of the only photograph of a description was, by the picture of a chrome ball and the lamp's
-    distance from the middle of the ball, metres."""
-    photograph, = description["photograph"]
-    shot = {"files": photograph["files"], "chrome": chrome, "distance": distance}
-    if "exposures" in photograph:
-        shot["exposures"] = photograph["exposures"]
-    lamp: list[float] = setup.resolved({**description, "photograph": [shot]}, name).description["photograph"][0]["lamp"]
-    return lamp
+def camera_by_corners(description: Description, name: str) -> CameraSetup:
+    """Where the camera of a flat sample was, by its corners."""
+    with _names_of_panel():
+        return flat_setup.resolved(parse(description, name)).setup.camera
+
+
+def lamps_by(description: Description, name: str, paths: Sequence[str], distance: float,
+             mask: str) -> list[list[float] | None]:
+    """Where the lamp of each photograph of a description was, None where that is not said.
+
+    It is said by a file of light positions, or by pictures of a chrome ball, one for each in the order of their names.
+    The distance is from the middle of ball or sample, metres, 0 of lamps far away; the mask says where that ball is.
+    """
+    shots = [{key: value for key, value in shot.items() if key != "lamp"} for shot in description["photograph"]]
+    away = {"distance": distance} if distance else {}
+    lamp = {**description["lamp"], **away}
+    if len(paths) == 1 and Path(paths[0]).suffix.lower() in LIGHT_POSITIONS:
+        lamp["positions"] = paths[0]
+    elif len(paths) != len(shots):
+        raise DatasetError(f"{len(paths)} pictures of a chrome ball found, expected {len(shots)}, one for each "
+                           f"photograph", paths[0])
+    else:
+        ordered = sorted(paths, key=lambda path: in_order(Path(path).name))
+        shots = [{**shot, "chrome": path, **away} for shot, path in zip(shots, ordered, strict=True)]
+    told = {**description, "lamp": lamp, "photograph": shots, **({"chrome": {"mask": mask}} if mask else {})}
+    with _names_of_panel():
+        made = parse(told, name)
+        found = (setup if made.sample is None else flat_setup).resolved(made).setup.photographs
+    places = {each.files: np.asarray(each.lamp).tolist() for each in found}
+    return [places.get(tuple(map(Path, shot["files"]))) for shot in shots]
 
 
 def measured(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> Result:
@@ -158,8 +238,8 @@ def measured(description: Description, name: str, path: str, arguments: Argument
 
     The file of the samples is not written; `path` is where it will be.
     """
-    with progress.part(0.0, 0.4, "Measuring"):
-        samples, photographs, doubts = setup.measured(description, name)
+    with progress.part(0.0, 0.4, "Measuring"), _names_of_panel():
+        samples, photographs, doubts = setup.measured(parse(description, name))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
         saved_samples.write(samples, part)
@@ -167,7 +247,7 @@ def measured(description: Description, name: str, path: str, arguments: Argument
         content = part.read_bytes()
     with progress.part(0.8, 1.0, about="Next lamp: "):
         others = left_out(photographs)
-        told = *samples.notes, *([others.words] if others else []), *advice(samples)
+        told = *map(in_panel, samples.notes), *([others.words] if others else []), *advice(samples)
     return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
                   photographs[0].intensity, told, (*doubts, *([others.words] if others and others.is_bad else [])))
 
@@ -191,6 +271,8 @@ class Maps(NamedTuple):
         Width and height, metres.
     told, doubts : tuple of str
         What is to be said of it, and the lines of that which say that something is wrong.
+    intensities : dict of (channels,) arrays
+        Of the lamps, by the names of photographs, W/sr in units of the pictures.
     """
 
     name: str
@@ -202,6 +284,17 @@ class Maps(NamedTuple):
     size: tuple[float, float]
     told: tuple[str, ...]
     doubts: tuple[str, ...]
+    intensities: dict[str, FloatArray]
+
+
+def flat_of_scene(description: Description, name: str, chosen: Sequence[EmbeddedFit], arguments: Arguments,
+                  how: Arguments) -> tuple[Maps, CameraSetup]:
+    """The same of a scene's description, in the words of its panel, and where the camera was."""
+    with _names_of_panel():
+        made = parse(description, name)
+        maps = _maps(made, None, False, chosen, arguments, how)
+        return (maps._replace(told=tuple(map(in_panel, maps.told)), doubts=tuple(map(in_panel, maps.doubts))),
+                flat_setup.resolved(made).setup.camera)
 
 
 def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[EmbeddedFit], arguments: Arguments,
@@ -210,13 +303,18 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     that are found. `corners` are as `flat_setup.flat` takes them, `arguments` are of fits, `how` keyword arguments of
     `fitter.load`. A tile is `flat_tiling.tiled`. Raises DatasetError, ValueError.
     """
+    return _maps(read(path), corners, is_tile, chosen, arguments, how)
+
+
+def _maps(made: CaptureSetup, corners: FloatArray | None, is_tile: bool, chosen: Sequence[EmbeddedFit],
+          arguments: Arguments, how: Arguments) -> Maps:
     space = how["colours"]
     with progress.part(0.0, 0.1, "Reading"):
-        sample = flat_setup.flat(path, corners)
+        sample = flat_setup.flat(made, corners)
     photographs = [_in_colours(each, space) for each in sample.photographs]
     outcomes = []
     with progress.part(0.1, 0.3):
-        files = [] if chosen else sample.materials or []
+        files = () if chosen else sample.materials
         if files:       # before any is fitted
             check_materials([Fit.load(file) if saved_samples.is_another(file) else load(file, **how) for file in files],
                             photographs[0].radiance.shape[2])
@@ -245,7 +343,8 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     return Maps(sample.name, outcomes,
                 [(flat_maps.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
                 flat_maps.png(brightness), most, flat_maps.png(flat_maps.normal_map(maps)), (width, height),
-                (*sample.notes, *sample.doubts, *report.lines), (*sample.doubts, *report.doubts))
+                (*sample.notes, *sample.doubts, *report.lines), (*sample.doubts, *report.doubts),
+                {each.name: each.intensity for each in sample.photographs})
 
 
 def _in_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:

@@ -1,4 +1,4 @@
-"""A photograph of a ball beside a render of the same: the part of the picture that the ball takes, and what differs."""
+"""A photograph beside a render of the same: the part of the picture that ball or sample take, and what differs."""
 
 from typing import NamedTuple
 
@@ -8,6 +8,10 @@ from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 from .ball import BallPhotograph
 from .camera import pixel_angle
+from .capture_setup import CaptureSetup
+from .flat_setup import places_of
+from .pictures import Pictures, mask_of, within
+from .setup import photographed
 
 _MARGIN = 1.12              # side of the part over the ball's diameter
 
@@ -18,6 +22,30 @@ class Part(NamedTuple):
     left: int
     top: int
     side: int
+
+
+class Compared(NamedTuple):
+    """The only photograph of a description, which is compared."""
+
+    radiance: RealArray
+    """(h, w, channels)."""
+    counted: BoolArray
+    """(h, w)."""
+    part: Part
+
+
+def photograph_of(setup: CaptureSetup) -> Compared:
+    """The only photograph of a description, and the part of it that the ball or the sample takes."""
+    if setup.ball is not None:
+        shot, = photographed(setup)
+        return Compared(shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask,
+                        part_of_ball(shot))
+    light = Pictures(setup.camera, setup.lamp).of_lamp(setup.photographs[0], "files")
+    size = light.radiance.shape[0], light.radiance.shape[1]
+    corners, mask = places_of(setup.of_sample(), size), mask_of(setup.of_sample(), size)
+    side = int(np.ceil(_MARGIN * np.ptp(corners, axis=0).max()))
+    left, top = np.round((corners.min(axis=0) + corners.max(axis=0) - side) / 2).astype(int).tolist()
+    return Compared(light.radiance, light.known & within(corners, size) & (mask is None or mask), Part(left, top, side))
 
 
 def part_of_ball(photograph: BallPhotograph) -> Part:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray, IntArray
+from ..arrays import Directions, FloatArray, IntArray, joined
 from ..errors import DatasetError
 from ..least_squares import nonnegative
 from ..methods import fit
@@ -29,6 +29,8 @@ from ..model.microfacet import Microfacet
 from ..samples import RGB, Samples
 from .ball import STEEPEST, to_local_angles
 from .binning import binned
+from .capture_setup import MOST_MATERIALS
+from .coverage import LEAST, difference_angle
 from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
 from .flat_photograph import Observed
 from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
@@ -39,7 +41,6 @@ _F0, _GAMMA = 0.08, 2.0     # of the lobes
 _FEWEST = 4                 # photographs of a texel that has as many strengths
 _LEAST_TEXELS = 30
 _OF_LOBES = 0.03            # of a value, by which mixes of lobes are wrong
-MOST_MATERIALS = 4          # every choice of them is tried at each texel
 NONE, DULL = 0, -1          # of the materials that a sample is a mix of: each texel is its own, with or without a lobe
 _WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range(1, MOST_MATERIALS + 1)},
          NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}
@@ -52,6 +53,8 @@ _PUREST = 0.02              # of the texels, whose mean is an edge: one texel al
 _DARKEST = 0.1              # of the median: darker texels have no colour
 _MOSTLY = 0.75              # of what a texel shows, that is of the material fitted to it
 _FITTED, _SAMPLES = 60, 900     # texels, if so many are mostly of it; samples, which are fitted in a second
+_NEAREST, _ASSUMED = 0.05, 0.1  # of the samples, those by the lamps nearest to the camera; of their values, by which
+                            # what is nearer may differ
 _OTHERS = 0.1               # of what is taken away as another material's, that is wrong
 _REFINED = 2                # rounds: further ones change the picture under another lamp by less than 1 %
 
@@ -313,6 +316,22 @@ def _pooled(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, te
     values, deviation = (radiance - others)[used] / brought, (wrong / np.where(own > 0, own, 1))[used]
     if len(values) > _SAMPLES:
         directions, values, deviation = binned(directions, values, deviation, _SAMPLES)
+    directions, values, deviation = _without_retro_peak(directions, values, deviation)
     channels = RGB if values.shape[1] == len(RGB) else ("grey",)
     return Samples(*directions, values, channels, f"Material {material + 1}", "photographs of a flat sample",
                    (f"{len(which):,} texels",), deviation=deviation)
+
+
+def _without_retro_peak(directions: Directions, values: FloatArray,
+                        deviation: FloatArray) -> tuple[Directions, FloatArray, FloatArray]:
+    """The same, and where no lamp stood as near to the camera, values as under those that stood nearest, at the same
+    half vectors: a lamp that is brighter than is said would otherwise be taken for the foot of a retro-reflection."""
+    difference = difference_angle(directions)
+    near = np.argsort(difference, kind="stable")[:max(_FEWEST, int(_NEAREST * len(values)))]
+    if difference[near[-1]] < np.radians(LEAST):
+        return directions, values, deviation
+    upright = (np.cos(directions[0]) + np.cos(directions[2]))[near] / (2 * np.cos(difference[near]))
+    half = np.arccos(np.clip(upright, -1, 1))
+    level = np.zeros_like(half)
+    return (joined([directions, (half, level, half, level)]), np.concatenate([values, values[near]]),
+            np.concatenate([deviation, np.maximum(deviation[near], _ASSUMED)]))

@@ -1,45 +1,4 @@
-"""The description of photographs of a flat sample in a file: as that of a ball (`setup`), but for what is here.
-
-Places are the sample's: its middle is at 0, x runs along its width, y along its height, and z toward the camera ::
-
-    [name] = "printed card"
-    [materials] = ["gold.npz", "lacquer.astm"]      # what it is made of: saved fits, or measurements; or how many these
-                                    # are, 1 to 4; else it is found
-    [leave_out] = ["a7.exr"]        # photographs that do not count
-    [texels] = 512                  # of the maps, along the width; by default as many as it has pixels
-
-    [camera]
-    [position] = [0, -0.1, 0.5]     # by default where the corners say, or "far": straight above, nobody knows how far
-    [field_of_view] = 12            # and matrix, encoding, as of a ball
-
-    [sample]
-    width = 0.1                     # metres
-    height = 0.08
-    corners = [[31.5, 402], [610, 398], [588, 60.5], [52, 66]]  # in the pictures, pixels from the left and the top:
-                                    # bottom left, bottom right, top right, top left of the maps
-
-    [mask] = "mask.png"             # white where it is, in the pictures: a coin or a leaf is no rectangle
-
-    [lamp]                          # positions, distance, dark, flat, as of a ball
-    [ball] = [0.04, 0.01, 0.005]    # where a chrome ball stood, whose highlights say the directions; with the lamps'
-                                    # distance from the sample's middle
-    [brightness] = [1, 0.9, 1.1]    # of the lamps beside each other; or "found", by the sample itself, in each colour
-
-    [chrome]                        # a chrome ball in the photographs, whose highlights say where the lamps are that
-                                    # have neither place nor direction; at the lamp's distance, if it is not far away
-    mask = "chrome.png"             # white where it is; it lies in the sample's plane. Or centre = [0.06, 0, 0.005]
-    [radius] = 0.005                # metres; with a mask by default that of one which lies there
-
-    [scale]                         # one of these:
-    intensity = 3.2
-    albedo = 0.5                    # of the sample, in the mean: a guess
-    card = {file = "card.exr", albedo = 0.18, lamp = [0, -0.3, 0.5], region = [200, 180, 260, 240]}    # it lies in the
-                                    # sample's plane, also beside it in one of the photographs; [normal] is [0, 0, 1]
-
-    [[photograph]]
-    files = ["a1.exr", "a2.exr"]
-    [exposures] = [0.01, 0.08]
-    lamp = [0.3, -0.2, 0.4]         # or direction = [0.2, -0.9, 0.4], with distance = 1.2 if it is not far away
+"""Photographs of a flat sample as a description says they were taken.
 
 The lens is without distortion. The camera's place follows from the corners of a rectangle (three unknowns of its place;
 its turn is that which brings four rays closest to them: W. Kabsch, Acta Crystallographica A32, 1976).
@@ -58,24 +17,20 @@ from ..least_squares import damped_step, levenberg_marquardt
 from . import lamp_scale, viewpoint
 from .ball import saturated
 from .camera import pixel_angle, rays_through
-from .descriptions import read
+from .capture_setup import MOST_TEXELS, BallSetup, CameraSetup, CaptureSetup, SampleSetup, ScaleSetup, Shot
 from .flat import frame_of, pixels_of, points_of, texel_corners
 from .flat_chrome import View, chrome_ball, lamps_shown
-from .flat_finding import MOST_MATERIALS
 from .flat_judging import lamp_brightness
 from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, texel_means
 from .lamp_scale import MeasuredPlace
-from .lamps import PLACED, Lamp, alike, placed_lamp, with_light_positions
+from .lamps import Lamp, alike, placed_lamp
 from .light import Light, same_pictures
 from .picture_files import read_picture_info
 from .pictures import Part, Pictures, mask_of
 from .scale import GUESSED
-from .setup import lights_of, name_of, size_of
-from .table import LEAST, Table
+from .setup import Resolved, lights_of, size_of
 
-MOST_TEXELS, _DEFAULT_TEXELS = 4096, 1024   # along the width
-_CAMERA = "position", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding"
-_SCALES = "intensity", "albedo", "card"
+_DEFAULT_TEXELS = 1024      # along the width
 _OFF = 3.0                  # pixels that a corner may be off: an edge is found within one by hand
 _BESIDE = 32                # pixels that are kept around the sample
 _MANY, _ROOM = 4, 1 << 22   # pixels of a texel along both axes whose mean is kept; of a part that is kept as it is
@@ -86,20 +41,21 @@ _GUESSED = 32, 32           # points of a sample whose albedo is a guess
 
 
 class Flat(NamedTuple):
-    """What `maps_from_flat` takes of a description, and the files of materials, or their count: None where these are
-    to be found."""
+    """What `maps_from_flat` takes of a description."""
 
     name: str
     photographs: list[FlatPhotograph]
     corners: FloatArray
     shape: tuple[int, int]
-    materials: list[Path] | None
+    materials: tuple[Path, ...]
+    """Files; empty where these are to be found."""
+    number: int | None
+    """How many there are then, where that is known."""
     notes: tuple[str, ...]
     doubts: tuple[str, ...]
     """What is wrong with the photographs, in words."""
     albedo: float | None
     """That was guessed."""
-    number: int | None = None
 
 
 class _Pose(NamedTuple):
@@ -111,15 +67,36 @@ class _Pose(NamedTuple):
     off: FloatArray
     """By how much the corners' rays miss them: (4, 3), radians."""
 
+    def pixels_off(self, view: View) -> float:
+        """The same of the worst, pixels."""
+        return float(np.linalg.norm(self.off, axis=1).max() / (2 * np.tan(view.angle / 2) / view.size[1]))
 
-def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
+
+class _Scene(NamedTuple):
+    """A sample and a camera, before what the pictures show is read."""
+
+    pictures: Pictures
+    sample: SampleSetup
+    places: FloatArray
+    """The corners in the pictures: (4, 2)."""
+    whole: FloatArray
+    """And where they are: (4, 3)."""
+    pose: _Pose
+    view: View
+
+    @property
+    def length(self) -> float:
+        """The sample's diagonal."""
+        return float(np.hypot(self.sample.width, self.sample.height))
+
+
+def flat(setup: CaptureSetup, corners: FloatArray | None = None) -> Flat:
     """The photographs of a flat sample that a description shows.
 
     Parameters
     ----------
     corners : (4, 2) float64, optional
-        Where the sample's are, in any order, in place of those of the description: from the middle of the picture to
-        the right and upward, as shares of its longer side. What is lowest there is the sample's lower edge.
+        Where the sample's are in place of those of the description, as `corners_in_order` takes them.
 
     Raises
     ------
@@ -128,126 +105,113 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     ImportError
         If OpenImageIO is absent.
     """
-    description, path = read(path)
-    table = Table(description, "", path).only("name", "materials", "texels", "camera", "sample", "lamp", "scale",
-                                              "photograph", "leave_out", "chrome")
-    table.table("camera").only(*_CAMERA)
-    sample = table.table("sample").only("width", "height", "corners", "mask")
-    ball = _ball(table.table("lamp").only("positions", "distance", "ball", "brightness", "dark",
-                                               "flat"))
-    table.table("chrome").only("centre", "radius", "mask")
-    lamp_scale.check(table.table("scale"), _SCALES)
-    count, materials = table.value("materials"), None
-    if isinstance(count, int) and not 1 <= count <= MOST_MATERIALS:
-        raise table.error("materials", f"files, or a number of 1 to {MOST_MATERIALS}")
-    if not isinstance(count, int):
-        count, materials = None, table.files("materials") if table.has("materials") else None
-    x, y = sample.needed("width") / 2, sample.needed("height") / 2
-    whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
-    # directions of light positions are the camera's until it is known how that is turned
-    description, notes = with_light_positions(description, path, np.eye(3))
-    table = Table(description, "", path)
-    tables = _select(table, [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")])
-    camera, lamp = table.table("camera"), table.table("lamp")
-    pictures = Pictures.from_tables(camera, lamp)
-    height, width = size_of(tables, path)
-    mask = mask_of(sample, (height, width))
-    if corners is not None:
-        placed = {**description["sample"], "corners": _in_order(corners, (height, width)).tolist()}
-        sample = Table({**description, "sample": placed}, "", path).table("sample")
-    places = _places(sample, (height, width))
-    shape = _shape(table, places, y / x)
-    angle = viewpoint.field_of_view(camera, (read_picture_info(each.files("files")[0]) for each in tables), path)
-    pose = _pose(camera, rays_through(places, (height, width), angle), whole, angle / width)
-    view = View(pose.position, pose.turn, (height, width), angle)
-    off = float(np.linalg.norm(pose.off, axis=1).max() / (2 * np.tan(angle / 2) / width))
-    if off > _OFF:
-        raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
-                                      f"{_OFF:g} pixels: one is {off:.1f} off")
-    window = _Window.enclosing(view, whole, places, shape, mask)
-    lights = lights_of(tables, pictures, path, window.part, window.reduced)
-    found = _lamps(table, tables, pictures, view, ball)
-    if missing := [name_of(each) for each, one in zip(tables, found, strict=True) if one is None]:
-        notes += f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}",
-    lamps = [each for each in found if each is not None]
-    tables = [each for each, one in zip(tables, found, strict=True) if one is not None]
-    lights = [each for each, one in zip(lights, found, strict=True) if one is not None]
-    if not lamps:
-        raise table.error("chrome", "a ball that shows the lamp in some photograph")
-    are_far, size = alike(lamps, path), 2 * float(np.hypot(x, y))
-    scale, what = _scale(table, (height, width), angle, pose, size)
+    pictures, sample, places, whole, pose, view = scene = _scene(setup, corners)
+    shape = _shape(setup, places, sample.height / sample.width)
+    window = _Window.enclosing(view, whole, places, shape, mask_of(sample, view.size))
+    lights, notes = lights_of(setup, pictures, window.part, window.reduced), setup.notes
+    lamps, shots, note = _shown(setup, pictures, view)
+    notes += note
+    lights = [light for light, shot in zip(lights, setup.photographs, strict=True) if shot in shots]
+    are_far = alike(lamps, setup.path)
+    scale, what = _scale(setup.scale, view, scene.length)
     intensity, note = lamp_scale.intensity_of(scale, pictures, lights[0].radiance.shape[2], what, are_far)
     toward = window.toward
     if window.corners is None:
-        lights = _without_rim(lights, toward, pose, np.array([x, y]))
-    photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
-                                  light.noise, light.known, name_of(shot))
-                   for light, each, shot in zip(lights, lamps, tables, strict=True)]
+        lights = _without_rim(lights, toward, pose, np.array([sample.width, sample.height]) / 2)
+    photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), scene.length), intensity,
+                                  light.noise, light.known, shot.name)
+                   for light, each, shot in zip(lights, lamps, shots, strict=True)]
     frame = frame_of(whole, photographs)    # lamps are not behind it
-    brightness = _brightness(lamp, photographs, whole, frame)
+    brightness = _brightness(setup, photographs, whole, frame)
     if brightness is not None:
         photographs = [replace(each, intensity=each.intensity * by) for each, by in zip(photographs, brightness,
                                                                                         strict=True)]
         notes += f"The lamps differ in brightness from {brightness.min():.2f} to {brightness.max():.2f}",
-    albedo = scale.needed("albedo") if scale.has("albedo") else None
-    if albedo is not None:
-        share = _albedo(photographs, whole) / albedo
+    if scale.albedo is not None:
+        share = _albedo(photographs, whole) / scale.albedo
         photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
-        note = GUESSED.format(f"{albedo:g}"), *note
+        note = GUESSED.format(f"{scale.albedo:g}"), *note
     where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
-        *pose.position, off)
-    return Flat(table.text("name", path.stem), photographs, whole, shape, materials,
-                (*pictures.notes, *notes, where, *note),
-                same_pictures([light.radiance for light in lights], [each.name for each in photographs]), albedo,
-                count)
+        *pose.position, scene.pose.pixels_off(view))
+    files, number = (setup.materials, None) if isinstance(setup.materials, tuple) else ((), setup.materials)
+    return Flat(setup.title, photographs, whole, shape, files, number, (*pictures.notes, *notes, where, *note),
+                same_pictures([light.radiance for light in lights], [each.name for each in photographs]), scale.albedo)
 
 
-def _brightness(lamp: Table, photographs: list[FlatPhotograph], corners: FloatArray,
+def resolved(setup: CaptureSetup) -> Resolved:
+    """A description with numbers in the place of what its pictures say, as `flat` finds them: the camera's place, what
+    it looks at, its field of view, and the lamps. Raises as `flat` does."""
+    scene = _scene(setup)
+    pose, view = scene.pose, scene.view
+    lamps, shots, _ = _shown(setup, scene.pictures, view)
+    scale, what = _scale(setup.scale, view, scene.length)
+    return Resolved(replace(
+        setup, name=setup.title, chrome=None, notes=(), camera=replace(
+            setup.camera, position=pose.position, look_at=pose.position - pose.turn[:, 2], up=pose.turn[:, 1],
+            field_of_view=float(np.degrees(view.angle))),
+        lamp=replace(setup.lamp, positions=None, distance=None, ball=None),
+        scale=lamp_scale.resolved(scale, what, alike(lamps, setup.path)),
+        photographs=tuple(replace(shot, lamp=lamp.at(np.zeros(3), scene.length), direction=None, chrome=None,
+                                  distance=None) for shot, lamp in zip(shots, lamps, strict=True))), view.size,
+        setup.camera.is_far)
+
+
+def _scene(setup: CaptureSetup, corners: FloatArray | None = None) -> _Scene:
+    sample, size = setup.of_sample(), size_of(setup)
+    if corners is not None:
+        sample = replace(sample, corners=corners_in_order(corners, size))
+    places = places_of(sample, size)
+    x, y = sample.width / 2, sample.height / 2
+    whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    angle = viewpoint.field_of_view(setup.camera, (read_picture_info(each.files[0]) for each in setup.photographs))
+    pose = _pose(setup.camera, rays_through(places, size, angle), whole, angle / size[1])
+    view = View(pose.position, pose.turn, size, angle)
+    if (off := pose.pixels_off(view)) > _OFF:
+        raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
+                                      f"{_OFF:g} pixels: one is {off:.1f} off")
+    return _Scene(Pictures(setup.camera, setup.lamp), sample, places, whole, pose, view)
+
+
+def _shown(setup: CaptureSetup, pictures: Pictures, view: View) -> tuple[list[Lamp], list[Shot], tuple[str, ...]]:
+    """The lamps, photographs but those whose chrome ball shows none, and notes."""
+    found = _lamps(setup, pictures, view)
+    lamps = [each for each in found if each is not None]
+    if not lamps:
+        raise setup.error("chrome", "a ball that shows the lamp in some photograph")
+    missing = [each.name for each, one in zip(setup.photographs, found, strict=True) if one is None]
+    return (lamps, [each for each, one in zip(setup.photographs, found, strict=True) if one is not None],
+            (f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}",) if missing else ())
+
+
+def _brightness(setup: CaptureSetup, photographs: list[FlatPhotograph], corners: FloatArray,
                 frame: FloatArray) -> FloatArray | None:
     """How bright the lamps are beside what is given: (p, 1 or channels); None where they are alike."""
-    if not lamp.has("brightness"):
+    given = setup.lamp.brightness
+    if given is None:
         return None
-    if lamp.value("brightness") == "found":
+    if isinstance(given, str):
         return lamp_brightness(observed(photographs, points_of(corners, _GUESSED), frame[2]), frame)
-    if isinstance(lamp.value("brightness"), str):
-        raise lamp.error("brightness", '"found", or a number for each photograph')
-    given = lamp.numbers("brightness", len(photographs))
-    if not (given >= LEAST).all():
-        raise lamp.error("brightness", '"found", or numbers above 0')
+    if len(given) != len(photographs):
+        raise setup.lamp.error("brightness", f"{len(photographs)} numbers")
     return given[:, None]
 
 
-def _lamps(table: Table, shots: list[Table], pictures: Pictures, view: View,
-           ball: FloatArray | None) -> list[Lamp | None]:
-    """The lamps of photographs, by their tables, or where these do not say by a chrome ball in them; None where that
-    shows none."""
-    lamp = table.table("lamp")
-    if table.has("chrome") and not any(each.has(key) for each in shots for key in PLACED):
-        return lamps_shown(shots, chrome_ball(table.table("chrome"), view), pictures, view, lamp.number("distance"))
-    return [placed_lamp(each, np.zeros(3), view.turn if lamp.has("positions") else None, ball) for each in shots]
+def _lamps(setup: CaptureSetup, pictures: Pictures, view: View) -> list[Lamp | None]:
+    """The lamps of photographs, or where these do not say them by a chrome ball in them; None where that shows none."""
+    shots = setup.photographs
+    if all(each.lamp is None and each.direction is None for each in shots):
+        ball = chrome_ball(setup.chrome or BallSetup(where="chrome", path=setup.path), shots, pictures, view)
+        return lamps_shown(shots, ball, pictures, view, setup.lamp.distance)
+    turn = view.turn if setup.is_by_light_positions else None
+    return [placed_lamp(each, np.zeros(3), turn, setup.lamp.ball) for each in shots]
 
 
-def _select(table: Table, shots: list[Table]) -> list[Table]:
-    """The photographs but those that are to be left out, by the names of their files."""
-    names = {path.name for path in table.files("leave_out")} if table.has("leave_out") else set()
-    missing = names - {path.name for shot in shots for path in shot.files("files")}
-    if missing:
-        raise table.error("leave_out", f"names of photographs: {sorted(missing)[0]} is none")
-    return [shot for shot in shots if not names & {path.name for path in shot.files("files")}]
+def corners_in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """Corners in the order of a description, (4, 2), in pixels of a picture of this height and width.
 
-
-def _ball(lamp: Table) -> FloatArray | None:
-    """Where the chrome ball stood."""
-    if not lamp.has("ball"):
-        return None
-    ball, distance = lamp.numbers("ball", 3), lamp.needed("distance")
-    if not np.linalg.norm(ball) < distance:
-        raise lamp.error("ball", f"a place nearer to the sample's middle than the lamps, which are {distance:g} m away")
-    return ball
-
-
-def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
-    """Corners in the order of a description, (4, 2), in pixels: `flat` says what they are."""
+    They are given in any order, from the middle of the picture to the right and upward, as shares of its longer side.
+    What is lowest there is the sample's lower edge.
+    """
     off = corners - corners.mean(axis=0)
     around = corners[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
     # the edges from the first to the second and from the fourth to the third run to the right
@@ -256,9 +220,11 @@ def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
     return np.asarray(np.array(size[::-1]) / 2 + max(size) * best * (1, -1))
 
 
-def _places(sample: Table, size: tuple[int, int]) -> FloatArray:
+def places_of(sample: SampleSetup, size: tuple[int, int]) -> FloatArray:
     """The corners in the pictures, (4, 2), which run counter-clockwise there."""
-    places = sample.rows("corners", (4, 2), "four places of two numbers, pixels from the left and the top")
+    places = sample.corners
+    if places is None:
+        raise sample.error("corners", "four places of two numbers, pixels from the left and the top")
     if not ((places >= 0) & (places <= size[::-1])).all():
         raise sample.error("corners", f"four places in pictures of {size[1]} x {size[0]} pixels: the sample is not "
                                       f"whole in them")
@@ -272,13 +238,13 @@ def _places(sample: Table, size: tuple[int, int]) -> FloatArray:
     return places
 
 
-def _pose(camera: Table, toward: FloatArray, corners: FloatArray, pixel: float) -> _Pose:
+def _pose(camera: CameraSetup, toward: FloatArray, corners: FloatArray, pixel: float) -> _Pose:
     """Where a camera is that sees the corners (4, 3) in the directions (4, 3) of its own axes; `pixel` is an angle."""
     spread = np.linalg.norm(toward - toward.mean(axis=0), axis=1).sum()
     distance = float(np.linalg.norm(corners, axis=1).sum() / spread)
-    if viewpoint.is_far(camera):
+    given = camera.position
+    if isinstance(given, str):
         return _aim_camera(np.array([0, 0, distance]), toward, corners)
-    given = camera.numbers("position", 3) if camera.has("position") else None
     if given is not None and not given[2] > 0:
         raise camera.error("position", "one above the sample, z more than 0")
     tilts = [(0.0, 0.0), (0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6)]
@@ -379,30 +345,28 @@ class _Window(NamedTuple):
         return texel_means(light._replace(known=light.known & ~spent), self.corners, self.pixels)
 
 
-def _shape(table: Table, places: FloatArray, aspect: float) -> tuple[int, int]:
+def _shape(setup: CaptureSetup, places: FloatArray, aspect: float) -> tuple[int, int]:
     """Texels: (height, width)."""
     sides = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)
-    texels = table.number("texels", float(np.clip(max(sides[0], sides[2]), 1, _DEFAULT_TEXELS)))
-    count = round(texels or 0)
+    count = round(setup.texels or float(np.clip(max(sides[0], sides[2]), 1, _DEFAULT_TEXELS)))
     if not 1 <= count <= MOST_TEXELS or max(round(count * aspect), 1) > MOST_TEXELS:
-        raise table.error("texels", f"1 to {MOST_TEXELS} along each side")
+        raise setup.error("texels", f"1 to {MOST_TEXELS} along each side")
     return max(round(count * aspect), 1), count
 
 
-def _scale(table: Table, size: tuple[int, int], angle: float, pose: _Pose,
-           length: float) -> tuple[Table, MeasuredPlace]:
-    """The table `scale`, and what its lamps light: a card is where the sample's plane is seen in its region."""
-    scale = table.table("scale")
-    if not scale.has("card"):
+def _scale(scale: ScaleSetup, view: View, length: float) -> tuple[ScaleSetup, MeasuredPlace]:
+    """The scale, and what its lamps light: a card is where the sample's plane is seen in its region."""
+    card = scale.card
+    if card is None:
         return scale, MeasuredPlace(np.zeros(3), length)
-    card = scale.table("card")
-    left, top, right, bottom = card.numbers("region", 4)
-    ray = pose.turn @ rays_through(np.array([left + right, top + bottom]) / 2, size, angle)
-    if not ray[2] < 0:
-        raise card.error("region", "a part of the picture in which the sample's plane is seen")
-    full = {"card": {"normal": [0, 0, 1], **scale.value("card")}}
-    return (Table(full, "scale", table.path),
-            MeasuredPlace(pose.position - pose.position[2] / ray[2] * ray, length))
+    left, top, right, bottom = card.region if card.region is not None else np.zeros(4)
+    ray = view.turn @ rays_through(np.array([left + right, top + bottom]) / 2, view.size, view.angle)
+    if card.region is None or not ray[2] < 0:
+        raise card.error("region", "a part of the picture in which the sample's plane is seen, left, top, right and "
+                                   "bottom")
+    faces = np.array([0.0, 0, 1]) if card.normal is None else card.normal
+    return (replace(scale, card=replace(card, normal=faces)),
+            MeasuredPlace(view.position - view.position[2] / ray[2] * ray, length))
 
 
 def _albedo(photographs: list[FlatPhotograph], corners: FloatArray) -> float:

@@ -34,6 +34,8 @@ _FEWEST = 3                 # photographs of a texel that shadows may leave
 _RIDGE = 1e-9               # of materials that are one
 _LEAST_SPREAD = 0.1         # of a weight, by which those of texels differ
 _POOR = 4.0                 # variance that a poor model leaves, in units of the noise's
+
+
 class Texels(NamedTuple):
     """What is found of n texels."""
 

@@ -8,9 +8,9 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError, printable
 from .ball import check_bright
+from .capture_setup import BallSetup, CameraSetup, LampSetup, Lit, SampleSetup
 from .light import Exposure, Light, flattened, merged, middle_of, subtract_dark
-from .picture_files import ENCODINGS, Picture, read_picture, read_picture_info
-from .table import LARGEST, LEAST, Table
+from .picture_files import Picture, read_picture, read_picture_info
 
 _MASKED = 0.5               # of white
 _BAND = 1 << 20             # pixels that are merged at a time
@@ -26,43 +26,30 @@ class Pictures:
 
     Attributes
     ----------
-    encoding, matrix : str or None, (3, 3) or None
-        Of the description.
-    lamp : Table
-        Names the photographs of a dark room and an even surface.
+    camera, lamp
+        Of the description: how files are read, the photographs of a dark room and an even surface.
     said : dict of Path to Picture
         Of the files that were read, without their pixels.
     """
 
-    encoding: str | None
-    matrix: FloatArray | None
-    lamp: Table
+    camera: CameraSetup
+    lamp: LampSetup
     said: dict[Path, Picture] = field(default_factory=dict)
     _known: dict[tuple[str, str], Light] = field(default_factory=dict)      # of the whole lamp, by key and part
 
-    @classmethod
-    def from_tables(cls, camera: Table, lamp: Table) -> "Pictures":
-        """As the tables `camera` and `lamp` say."""
-        encoding = camera.value("encoding")
-        if encoding not in (None, *ENCODINGS):
-            raise camera.error("encoding", " or ".join(ENCODINGS))
-        return cls(encoding, _matrix(camera), lamp)
-
-    def light(self, table: Table, key: str, part: Part | None = None) -> Light:
+    def light(self, given: Lit | LampSetup, key: str, part: Part | None = None) -> Light:
         """The light of the files of a key, in the colours of the camera; of a part in single precision."""
         part, precision = ((slice(None), slice(None)), np.float64) if part is None else (part, np.float32)
-        paths = table.files(key)
-        pictures = [read_picture(path, self.encoding) for path in paths]
+        paths = getattr(given, key)
+        pictures = [read_picture(path, self.camera.encoding) for path in paths]
         self.said |= {path: replace(each, stored=each.stored[:0].copy())
                       for path, each in zip(paths, pictures, strict=True)}
         if key == "files" and not any((each.stored > 0).any() for each in pictures):
             check_bright(pictures[0].stored, paths[0])
-        given = table.numbers("exposures", len(paths)) if table.has("exposures") else None
-        if given is not None and not (given >= LEAST).all():
-            raise table.error("exposures", f"numbers of {LEAST:g} to {LARGEST:g}")
-        if given is None and len(paths) > 1 and any(each.exposure is None for each in pictures):
-            raise table.error("exposures", "one for each file, for these do not say theirs")
-        exposures = [each.exposure or 1.0 for each in pictures] if given is None else given.tolist()
+        if given.exposures is None and len(paths) > 1 and any(each.exposure is None for each in pictures):
+            raise given.error("exposures", "one for each file, for these do not say theirs")
+        exposures = ([each.exposure or 1.0 for each in pictures] if given.exposures is None
+                     else given.exposures.tolist())
         shapes = {each.stored.shape for each in pictures}
         if len(shapes) > 1:
             raise DatasetError(f"exposures of several sizes found: {', '.join(map(str, sorted(shapes)))}", paths[0])
@@ -79,20 +66,20 @@ class Pictures:
                 whole[band] = values
         return light
 
-    def of_lamp(self, table: Table, key: str, part: Part | None = None) -> Light:
+    def of_lamp(self, given: Lit, key: str, part: Part | None = None) -> Light:
         """The light of the lamp alone, without vignetting, in linear Rec.709 where the camera's colours are known."""
-        dark, flat = (self._known_light(name, part) if self.lamp.has(name) else None for name in ("dark", "flat"))
-        light, path = self.light(table, key, part), table.files(key)[0]
+        dark, flat = (self._known_light(name, part) if getattr(self.lamp, name) else None for name in ("dark", "flat"))
+        light, path = self.light(given, key, part), getattr(given, key)[0]
         try:
             if dark is not None:
                 light = subtract_dark(light, dark)
-            if flat is not None:
-                size = read_picture_info(self.lamp.files("flat")[0]).size
+            if flat is not None and self.lamp.flat:
+                size = read_picture_info(self.lamp.flat[0]).size
                 middle = self._known_light("flat", middle_of(size))
                 light = flattened(light, flat, middle.radiance.mean(axis=(0, 1)))
         except DatasetError as error:
             raise DatasetError(str(error), path) from error
-        matrix = self.matrix if self.matrix is not None else self.said[path].matrix
+        matrix = self.camera.matrix if self.camera.matrix is not None else self.said[path].matrix
         if matrix is None or light.radiance.shape[2] != 3:
             return light
         return Light(light.radiance @ matrix.T, np.sqrt(light.noise ** 2 @ (matrix ** 2).T), light.known)
@@ -118,17 +105,15 @@ def _named(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"{len(names)} files, {names[0]} to {names[-1]}"
 
 
-def _matrix(camera: Table) -> FloatArray | None:
-    if not camera.has("matrix"):
-        return None
-    return camera.rows("matrix", (3, 3), "three rows of three numbers")
-
-
-def mask_of(table: Table, size: tuple[int, int]) -> BoolArray | None:
-    """The mask that a table names, where it is white: (height, width); None where it names none."""
-    if not table.has("mask"):
-        return None
-    path, = table.files("mask")[:1]
+def mask_of(given: BallSetup | SampleSetup, size: tuple[int, int]) -> BoolArray | None:
+    """Where the mask that is named is white, and within an outline: (height, width); None where neither is there."""
+    outline = given.outline if isinstance(given, SampleSetup) else None
+    inside = None if outline is None else within(outline, size)
+    if inside is not None and not inside.any():
+        raise given.error("outline", f"one around pixels of pictures of {size[1]} x {size[0]}")
+    if not given.mask:
+        return inside
+    path = given.mask[0]
     picture = read_picture(path)
     if picture.is_turned:
         raise DatasetError("EXIF says that viewers show this mask turned or mirrored: save it without that", path)
@@ -138,4 +123,20 @@ def mask_of(table: Table, size: tuple[int, int]) -> BoolArray | None:
                            f"photographs have", path)
     if not mask.any():
         raise DatasetError("nothing is white in this mask", path)
-    return mask
+    return mask if inside is None else mask & inside
+
+
+def within(outline: FloatArray, size: tuple[int, int]) -> BoolArray:
+    """The pixels of a picture of this height and width whose centres are within a polygon (n, 2), by the even-odd rule.
+
+    Examples
+    --------
+    >>> within(np.array([[1.0, 0], [3, 0], [3, 2], [1, 2]]), (3, 4)).astype(int).tolist()
+    [[0, 1, 1, 0], [0, 1, 1, 0], [0, 0, 0, 0]]
+    """
+    inside = np.zeros(size, bool)
+    row, column = (np.arange(side) + 0.5 for side in size)
+    for (x, y), (x_next, y_next) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        crossed = np.flatnonzero((y <= row) != (y_next <= row))
+        inside[crossed] ^= column > (x + (row[crossed] - y) / (y_next - y or 1.0) * (x_next - x))[:, None]
+    return inside

@@ -1,53 +1,4 @@
-"""The description of photographs in a file: where camera, ball and lamps were, and which file is which.
-
-It is in TOML. Lengths are metres, angles degrees, paths relative to the file. Keys in brackets may be left out ::
-
-    [name] = "red snooker ball"
-
-    [camera]
-    position = [0, -1.5, 0.2]       # or "far", where nobody knows how far
-    [look_at] = [0, 0, 0]           # by default the ball's centre, or where that is the outline's, the origin
-    [direction] = [0, 0, 1]         # of one that is far in the place of it: from the ball toward the camera
-    [up] = [0, 0, 1]                # of one that is far [0, 1, 0]: x is to the right in its pictures
-    [field_of_view] = 12            # of the width; or focal_length and sensor_width in mm; or of the files' EXIF
-    [matrix] = [[...], [...], [...]]    # from the camera's colours to linear Rec.709; or the files' chromaticities
-    [encoding] = "linear"           # or "srgb", whatever the files say
-
-    [ball]
-    centre = [0, 0, 0]              # or "outline": it is found in the photographs
-    radius = 0.026                  # of one that is photographed from afar it does not matter
-    [mask] = "mask.png"             # white where pixels count: what is beside the ball need not be masked, but may be
-
-    [chrome]                        # a ball that shows where lamps are; by default one in the place of the other
-    [centre] = "outline"            # or [x, y, z]
-    [radius] = 0.03
-    [mask] = "chrome_mask.png"      # white where this ball is, which says its centre
-
-    [lamp]
-    [radius] = 0.02                 # of one that is a ball
-    [positions] = "dome.lp"         # light positions, in the place of those of the photographs, or of all of them
-    [dark] = "dark.exr"             # a photograph with the lamp off
-    [flat] = "flat.exr"             # and one of an evenly bright surface
-
-    [scale]                         # one of these:
-    intensity = 3.2                 # the lamp's, W/sr in units of the pictures, of lamps far away as if these were 1 m
-                                    # away; or three numbers
-    albedo = 0.5                    # of the ball: a guess
-    card = {file = "card.exr", albedo = 0.18, normal = [0, -1, 0], lamp = [0, -1, 0.5], region = [200, 180, 260, 240]}
-    ball = {file = "white.exr", albedo = 0.9, lamp = [0, -1, 0.5]}
-
-    [[photograph]]
-    files = ["a1.exr", "a2.exr"]    # exposures of one lamp
-    [exposures] = [0.01, 0.08]      # by default those of EXIF
-    lamp = [0.3, -1.1, 0.4]         # or direction = [0.2, -0.9, 0.4], of a lamp far away; or chrome = "a_chrome.exr",
-                                    # with distance = 1.2, from the ball's centre, if it is not far away
-
-Light positions (`light_positions`) are directions in the camera's axes; with a camera that is far they say all there is
-to say (`descriptions`). A card stands where the ball does, and `region` is the part of its picture that it fills: left,
-top, right and bottom, pixels. A file among dark, flat, card, ball and chrome may be a list of exposures as well, with
-`exposures` beside it where it has a table of its own.
-"""
-
+"""Photographs of a ball as a description says they were taken: `measure` reads, places and gathers them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -58,19 +9,18 @@ import numpy as np
 
 from .. import progress
 from ..arrays import BoolArray, FloatArray, RealArray
-from ..errors import DatasetError, printable
+from ..errors import DatasetError
 from ..samples import Samples
 from . import lamp_scale, viewpoint
 from .ball import BallPhotograph, check_bright
 from .ball_finding import brightest, disc_of, find_ball
-from .descriptions import Description, read, with_paths
-from .lamps import KEYS, ChromeBall, alike, lamp_of, with_light_positions
+from .capture_setup import BallSetup, CaptureSetup, Shot, read
+from .lamps import ChromeBall, Lamp, alike, mirrored_lamp, placed_lamp
 from .light import Light, same_pictures
 from .picture_files import read_picture_info
 from .pictures import Part, Pictures, mask_of
 from .samples import gathered, in_place
 from .scale import reflected, scaled, too_bright
-from .table import POSITIVE, Table
 
 RADIUS = 0.025              # m, of a ball whose size does not matter
 
@@ -88,9 +38,11 @@ class BallMeasurement(NamedTuple):
 class Resolved(NamedTuple):
     """A description in which places are numbers."""
 
-    description: Description
+    setup: CaptureSetup
     size: tuple[int, int]
     """Height and width of the photographs, pixels."""
+    is_far: bool = False
+    """Whether nobody knows how far the camera was."""
 
 
 class _Stage(NamedTuple):
@@ -104,14 +56,6 @@ class _Stage(NamedTuple):
     notes: tuple[str, ...]
 
 
-class _Checked(NamedTuple):
-    """A description that has no other keys than it may have, and the photographs that light positions name."""
-
-    table: Table
-    description: Description
-    notes: tuple[str, ...]
-
-
 def measure(path: str | Path) -> Samples:
     """The samples that the photographs of a description make: a file of it, light positions, or a folder with either.
 
@@ -122,24 +66,18 @@ def measure(path: str | Path) -> Samples:
     ImportError
         If OpenImageIO is absent.
     """
-    return measured(*read(path)).samples
+    return measured(read(path)).samples
 
 
-def measured(description: Description, path: str | Path) -> BallMeasurement:
-    """The same of a description that has been read, or made elsewhere; errors name the path, and files are beside it.
-
-    Raises as `measure` does.
-    """
-    checked, path = _checked(description, path), Path(path)
-    photographs, notes = _photographs(checked, path)
-    name = checked.table.text("name", path.stem)
-    photographs = in_place(photographs, name)
-    samples = gathered(photographs, name, str(path))
+def measured(setup: CaptureSetup) -> BallMeasurement:
+    """The same of a description that has been read, or made elsewhere. Raises as `measure` does."""
+    photographs, notes = _photographs(setup)
+    photographs = in_place(photographs, setup.title)
+    samples = gathered(photographs, setup.title, str(setup.path))
     same = same_pictures([each.radiance for each in photographs], [each.name for each in photographs])
     samples = replace(samples, notes=(*samples.notes, *notes, *same))
-    scale = checked.table.table("scale")
-    if scale.has("albedo"):
-        guessed = scaled(samples, scale.needed("albedo"))
+    if setup.scale.albedo is not None:
+        guessed = scaled(samples, setup.scale.albedo)
         bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
         # what is a guess of the samples' scale is one of the lamp's intensity
         share = float(samples.values.sum() / guessed.values.sum())
@@ -149,100 +87,66 @@ def measured(description: Description, path: str | Path) -> BallMeasurement:
     return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
 
 
-def photographed(description: Description, path: str | Path) -> list[BallPhotograph]:
+def photographed(setup: CaptureSetup) -> list[BallPhotograph]:
     """The photographs of a description, as they are: nothing is checked of what they show. Raises as `measure` does."""
-    return _photographs(_checked(description, path), Path(path))[0]
+    return _photographs(setup)[0]
 
 
-def resolved(description: Description, path: str | Path) -> Resolved:
-    """A description with numbers in the place of what its pictures say, as `measured` finds them, and absolute paths.
+def resolved(setup: CaptureSetup) -> Resolved:
+    """A description with numbers in the place of what its pictures say, as `measured` finds them.
 
     The numbers are the camera's place and field of view, what it looks at, the ball's centre and the lamps, and of
     lamps far away their intensity, which is that of where they are put. Raises as `measure` does.
     """
-    checked, path = _checked(description, path), Path(path)
-    table = checked.table
-    pictures = Pictures.from_tables(table.table("camera"), table.table("lamp"))
-    lights = lights_of(table.tables("photograph"), pictures, path)
-    stage = _stage(table, lights, pictures, path)
-    lamps, are_far = _lamps(table, pictures, stage, path)
-    view, given = stage.view, checked.description
-    camera = {key: value for key, value in given["camera"].items()
-              if key not in ("focal_length", "sensor_width", "direction")}
-    camera |= {"position": stage.camera.tolist(), "look_at": (stage.camera - view.orientation[:, 2]).tolist(),
-               "up": view.orientation[:, 1].tolist(), "field_of_view": float(np.degrees(view.field_of_view))}
-    shots = [{key: value for key, value in shot.items() if key not in KEYS} | {"lamp": lamp.tolist()}
-             for shot, lamp in zip(given["photograph"], lamps, strict=True)]
-    places = {key: value for key, value in given.items() if key != "chrome"} | {
-        "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
-        "ball": {**given["ball"], "centre": stage.ball.middle.tolist(), "radius": stage.ball.size},
-        "lamp": {key: value for key, value in given.get("lamp", {}).items() if key not in ("positions", "distance")},
-        "scale": lamp_scale.resolved(table.table("scale"), stage.ball, are_far)}
-    return Resolved(with_paths(places, path.parent), view.rays.shape[:2])
+    pictures = Pictures(setup.camera, setup.lamp)
+    stage = _stage(setup, lights_of(setup, pictures), pictures)
+    lamps, are_far = _lamps(setup, pictures, stage)
+    view = stage.view
+    return Resolved(replace(
+        setup, name=setup.title, chrome=None, notes=(), camera=replace(
+            setup.camera, position=stage.camera, look_at=stage.camera - view.orientation[:, 2],
+            up=view.orientation[:, 1], field_of_view=float(np.degrees(view.field_of_view)), direction=None),
+        ball=replace(setup.of_ball(), centre=stage.ball.middle, radius=stage.ball.size),
+        lamp=replace(setup.lamp, positions=None, distance=None),
+        scale=lamp_scale.resolved(setup.scale, stage.ball, are_far),
+        photographs=tuple(replace(shot, lamp=lamp, direction=None, chrome=None, distance=None)
+                          for shot, lamp in zip(setup.photographs, lamps, strict=True))), view.rays.shape[:2],
+        setup.camera.is_far)
 
 
-def _checked(description: Description, path: str | Path) -> _Checked:
-    path = Path(path)
-    table = Table(description, "", path).only("name", "camera", "ball", "chrome", "lamp", "scale", "photograph")
-    table.table("camera").only(*viewpoint.KEYS)
-    ball = table.table("ball").only("centre", "radius", "mask")
-    table.table("chrome").only("centre", "radius", "mask")
-    table.table("lamp").only("radius", "positions", "distance", "dark", "flat")
-    lamp_scale.check(table.table("scale"))
-    centre = np.zeros(3) if _is_by_outline(ball) else ball.numbers("centre", 3)
-    turn = viewpoint.orientation(table.table("camera"), centre)
-    description, notes = with_light_positions(description, path, turn)
-    table = Table(description, "", path)
-    for each in table.tables("photograph"):
-        each.only("files", "exposures", *KEYS)
-    return _Checked(table, description, notes)
-
-
-def _is_by_outline(ball: Table) -> bool:
-    return bool(ball.value("centre") == "outline")
-
-
-def size_of(tables: Sequence[Table], path: Path) -> tuple[int, int]:
-    """Height and width of the photographs of tables. Raises DatasetError if they have several."""
-    sizes: dict[tuple[int, int], Table] = {}
-    for each in tables:
-        sizes.setdefault(read_picture_info(each.files("files")[0]).size, each)
+def size_of(setup: CaptureSetup) -> tuple[int, int]:
+    """Height and width of the photographs. Raises DatasetError if they have several."""
+    sizes: dict[tuple[int, int], Shot] = {}
+    for each in setup.photographs:
+        sizes.setdefault(read_picture_info(each.files[0]).size, each)
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
-            f"{name_of(each)} {width} x {height}" for (height, width), each in sizes.items()), path)
+            f"{each.name} {width} x {height}" for (height, width), each in sizes.items()), setup.path)
     return next(iter(sizes))
 
 
-def lights_of(tables: Sequence[Table], pictures: Pictures, path: Path, part: Part | None = None,
+def lights_of(setup: CaptureSetup, pictures: Pictures, part: Part | None = None,
               reduced: Callable[[Light], Light] = lambda light: light) -> list[Light]:
-    """What a part of the photographs of tables shows, each of one size, and is kept of it: they are read one at a time.
-    Raises DatasetError if one is black."""
-    size_of(tables, path)
+    """What a part of the photographs shows, each of one size, and is kept of it: they are read one at a time. Raises
+    DatasetError if one is black."""
+    size_of(setup)
     lights = []
-    for number, each in enumerate(tables):
-        progress.report(number / len(tables), f"Reading {name_of(each)}")
+    for number, each in enumerate(setup.photographs):
+        progress.report(number / len(setup.photographs), f"Reading {each.name}")
         lights.append(reduced(pictures.of_lamp(each, "files", part)))
         if part is None:
-            check_bright(lights[-1].radiance, each.files("files")[0])
+            check_bright(lights[-1].radiance, each.files[0])
     return lights
 
 
-def name_of(photograph: Table) -> str:
-    """The name of a photograph: that of its first file, as terminals can show it."""
-    return printable(photograph.files("files")[0].name)
-
-
-def _stage(table: Table, lights: Sequence[Light], pictures: Pictures, path: Path) -> _Stage:
-    ball, camera, (height, width, _) = table.table("ball"), table.table("camera"), lights[0].radiance.shape
-    centre = np.zeros(3) if _is_by_outline(ball) else ball.numbers("centre", 3)
-    view = viewpoint.viewpoint(camera, pictures.said.values(), (height, width), centre, path)
-    mask = mask_of(ball, (height, width))
-    radius = ball.number("radius", RADIUS if view.position is None and not _any_is_near(table) else None)
-    if radius is None:
-        raise ball.error("radius", POSITIVE)
+def _stage(setup: CaptureSetup, lights: Sequence[Light], pictures: Pictures) -> _Stage:
+    ball, (height, width, _) = setup.of_ball(), lights[0].radiance.shape
+    centre = np.zeros(3) if ball.centre is None or isinstance(ball.centre, str) else ball.centre
+    view = viewpoint.viewpoint(setup.camera, pictures.said.values(), (height, width), centre)
+    mask, radius = mask_of(ball, (height, width)), ball.radius or RADIUS
     notes: tuple[str, ...] = ()
-    if view.position is None or _is_by_outline(ball):
-        outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays, str(path))
+    if view.position is None or ball.is_by_outline:
+        outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays, str(setup.path))
         if view.position is None:
             position = centre - outline.centre(np.zeros(3), radius)
             notes = f"The camera is {np.linalg.norm(position - centre):.4g} m away by the ball's outline",
@@ -255,51 +159,46 @@ def _stage(table: Table, lights: Sequence[Light], pictures: Pictures, path: Path
                   np.ones((height, width), bool) if mask is None else mask, notes)
 
 
-def _any_is_near(table: Table) -> bool:
-    """Whether a lamp has a place, which says how large the ball is beside it."""
-    return any(each.has("lamp") or each.has("distance") for each in table.tables("photograph"))
-
-
-def _lamps(table: Table, pictures: Pictures, stage: _Stage, path: Path) -> tuple[list[FloatArray], bool]:
+def _lamps(setup: CaptureSetup, pictures: Pictures, stage: _Stage) -> tuple[list[FloatArray], bool]:
     """The place of each photograph's lamp, (3,), and whether they are far away."""
-    tables = table.tables("photograph")
-    shown = [pictures.of_lamp(each, "chrome").radiance if each.has("chrome") else None for each in tables]
-    chrome = _chrome_ball(table.table("chrome"), [each for each in shown if each is not None], stage)
-    lamps = [lamp_of(each, picture, stage.view, stage.camera, stage.ball.middle, chrome)
-             for each, picture in zip(tables, shown, strict=True)]
-    return [lamp.at(*stage.ball) for lamp in lamps], alike(lamps, path)
+    shown = {number: pictures.of_lamp(each, "chrome").radiance for number, each in enumerate(setup.photographs)
+             if each.chrome}
+    turn = stage.view.orientation if setup.is_by_light_positions else None
+    lamps: list[Lamp] = []
+    if shown:
+        chrome = _chrome_ball(setup.chrome or BallSetup(), [*shown.values()], stage, setup.path)
+    for number, each in enumerate(setup.photographs):
+        lamps.append(mirrored_lamp(each, shown[number], stage.view, stage.camera, chrome) if number in shown
+                     else placed_lamp(each, stage.ball.middle, turn))
+    return [lamp.at(*stage.ball) for lamp in lamps], alike(lamps, setup.path)
 
 
-def _chrome_ball(chrome: Table, shown: Sequence[RealArray], stage: _Stage) -> ChromeBall:
+def _chrome_ball(chrome: BallSetup, shown: Sequence[RealArray], stage: _Stage, path: Path) -> ChromeBall:
     """Where the chrome ball of pictures is, which they show (h, w, channels)."""
-    radius = chrome.number("radius", stage.ball.size) or stage.ball.size
-    mask = mask_of(chrome, stage.mask.shape)
+    radius, mask = chrome.radius or stage.ball.size, mask_of(chrome, stage.mask.shape)
     if mask is not None:
-        outline = disc_of(mask, stage.view.rays, chrome.files("mask")[0].name)
-    elif _is_by_outline(chrome) and shown:
-        outline = find_ball(brightest(shown), stage.view.rays, f"{chrome.path}: chrome")
+        outline = disc_of(mask, stage.view.rays, (chrome.mask or ())[0].name)
+    elif chrome.is_by_outline:
+        outline = find_ball(brightest(shown), stage.view.rays, f"{path}: chrome")
     else:
-        middle = chrome.numbers("centre", 3, stage.ball.middle.tolist()) if shown else stage.ball.middle
-        return ChromeBall(middle, radius)
+        centre = chrome.centre
+        return ChromeBall(stage.ball.middle if centre is None or isinstance(centre, str) else centre, radius)
     return ChromeBall(outline.centre(stage.camera, radius), radius)
 
 
-def _photographs(checked: _Checked, path: Path) -> tuple[list[BallPhotograph], tuple[str, ...]]:
+def _photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[str, ...]]:
     """The photographs of a description, and notes of how they were read."""
-    table = checked.table
-    pictures = Pictures.from_tables(table.table("camera"), table.table("lamp"))
-    tables = table.tables("photograph")
-    lights = lights_of(tables, pictures, path)
-    stage = _stage(table, lights, pictures, path)
+    pictures = Pictures(setup.camera, setup.lamp)
+    lights = lights_of(setup, pictures)
+    stage = _stage(setup, lights, pictures)
 
     def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:
         return BallPhotograph(light.radiance, stage.view.rays, stage.camera, *stage.ball, lamp, intensity,
-                              table.table("lamp").number("radius", 0.0) or 0.0, light.noise, stage.mask & light.known,
-                              name)
+                              setup.lamp.radius, light.noise, stage.mask & light.known, name)
 
-    lamps, are_far = _lamps(table, pictures, stage, path)
-    intensity, note = lamp_scale.intensity_of(table.table("scale"), pictures, lights[0].radiance.shape[2], stage.ball,
-                                              are_far, photograph)
-    photographs = [photograph(light, lamp, intensity, name_of(each))
-                   for light, lamp, each in zip(lights, lamps, tables, strict=True)]
-    return photographs, (*pictures.notes, *checked.notes, *stage.notes, *note)
+    lamps, are_far = _lamps(setup, pictures, stage)
+    intensity, note = lamp_scale.intensity_of(setup.scale, pictures, lights[0].radiance.shape[2], stage.ball, are_far,
+                                              photograph)
+    photographs = [photograph(light, lamp, intensity, each.name)
+                   for light, lamp, each in zip(lights, lamps, setup.photographs, strict=True)]
+    return photographs, (*pictures.notes, *setup.notes, *stage.notes, *note)

@@ -2,6 +2,7 @@
 
 
 import contextlib
+import tomllib
 from types import SimpleNamespace
 
 import bpy
@@ -120,7 +121,7 @@ def test_a_description_becomes_a_scene_that_shows_what_was_photographed(opened, 
 
 def test_the_scene_is_described_as_the_file_is(opened, written, made):
     """In the single precision that Blender's objects have; the ball's centre is that of the outline."""
-    told, described = setup.read(written).description, made.description_of(bpy.context.scene)
+    told, described = tomllib.loads(written.read_text("utf-8")), made.description_of(bpy.context.scene)
     place = made.description_of(bpy.context.scene)["ball"].pop("centre")
     told["ball"]["centre"] = place
     for each in told["photograph"]:
@@ -407,7 +408,7 @@ def no_folder(settings, folder):
     (behind, "lamp1.exr: the lamp is behind the camera, whose shadow falls on the ball"),
     (moved_camera, "the ball's outline is not where it is said to be"),
     (deleted, "The lamp of lamp2 has been deleted"), (no_folder, "Save As: .*not there: not a folder"),
-    (lambda settings, folder: setattr(settings, "matrix", "[[1, 0], 2]"), "camera.matrix is .*expected three rows"),
+    (lambda settings, folder: setattr(settings, "matrix", "[[1, 0], 2]"), "Camera Matrix is .*expected three rows"),
     (lambda settings, folder: setattr(settings, "known", ""), "Scale: choose the photograph of the card"),
     (lambda settings, folder: [setattr(each, "used", False) for each in settings.photographs],
      "No photograph of this scene is used")],
@@ -484,7 +485,7 @@ def once(monkeypatch):
             return known[key]
         return remembered
 
-    for name in ("opened", "outline", "measured"):
+    for name in ("find_description", "outline", "measured"):
         monkeypatch.setattr(work, name, remembering(getattr(work, name)))
 
 
@@ -589,5 +590,5 @@ def test_without_photographs_there_is_no_panel(blender):
     from measured_brdf.addon.photographs import panel
 
     assert not panel.MEASUREDBRDF_PT_photographs.poll(bpy.context)
-    with pytest.raises(RuntimeError, match="This scene has no photographs of a ball"):
+    with pytest.raises(RuntimeError, match="This scene has no photographs to measure"):
         bpy.ops.measured_brdf.measure_ball()

@@ -9,6 +9,7 @@ from scipy.stats import spearmanr
 
 import fitter
 from fitter import progress
+from fitter.model.microfacet import Microfacet
 from fitter.photographs import flat, flat_finding, flat_maps
 from fitter.photographs.flat_advice import next_lamp
 from support import flat_scene
@@ -16,6 +17,7 @@ from support.cases import release
 
 SHAPE, GIVEN = (24, 24), (16, 16)       # texels, where materials are found or given
 RAYS = flat_scene.rays((90, 100))
+TOWARD_CAMERA = flat_scene.CAMERA / np.linalg.norm(flat_scene.CAMERA)
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +103,41 @@ def test_shadows_and_saturated_texels_do_not_count(materials):
     assert maps.used.mean() < whole.used.mean() - 0.3
     assert off(maps, sample) < 0.03
     assert np.abs(maps.weights - whole.weights).max(axis=2).mean() < 0.01
+
+
+def paint_of(ks, kinds=("mirror",), alpha=0.3):
+    """A dark paint with one lobe, on bumps."""
+    paint = Microfacet(np.full(3, 0.05 / np.pi), np.full((1, 3), ks), np.array([alpha]), np.array([2.0]),
+                       np.array([0.08]), kinds)
+    return flat_scene.Sample((paint,), lambda u, v: np.ones((len(u), 1)), flat_scene.bumps)
+
+
+def off_beside_the_camera(sample, shots):
+    """How far maps of one material are from a sample under a lamp two degrees beside the camera."""
+    beside = 0.6 * (TOWARD_CAMERA + np.array([0.02, 0, 0]))
+    truth = flat_scene.shown(flat_scene.photograph(sample, beside, noise=0), GIVEN)
+    found = fitter.maps_from_flat(shots, flat_scene.corners(), GIVEN, 1).radiance(
+        flat_scene.CAMERA, beside, flat_scene.INTENSITY)
+    off = np.linalg.norm(found - truth) / np.linalg.norm(truth)
+    print(f"beside the camera {off:.2f} off")
+    return off
+
+
+def test_a_lamp_that_is_brighter_makes_no_peak_where_no_lamp_stood():
+    """Lamps 14 degrees and more from the camera, of which the two nearest are 30 % brighter than is said: a lamp beside
+    the camera is 40 % off, as bright as these. It was 220 % off, by a peak of retro-reflection whose foot they were."""
+    sample, lamps = paint_of(0.8), flat_scene.lamps(24)
+    away = np.degrees(np.arccos(lamps @ TOWARD_CAMERA / np.linalg.norm(lamps, axis=1)))
+    shots = photographed(sample, lamps[away > 14])
+    shots = [replace(each, radiance=each.radiance * (1.3 if angle < 20 else 1))
+             for each, angle in zip(shots, away[away > 14], strict=True)]
+    assert off_beside_the_camera(sample, shots) < 0.5
+
+
+def test_retro_reflection_is_found_by_lamps_eight_degrees_from_the_camera():
+    sample, lamps = paint_of(1.5, ("retro",), 0.1), flat_scene.lamps(16)
+    near = [0.6 * (TOWARD_CAMERA + np.array(place)) for place in ([0.13, 0.02, 0], [-0.02, 0.13, 0])]
+    assert off_beside_the_camera(sample, photographed(sample, [*lamps, *near])) < 0.2
 
 
 @pytest.mark.parametrize("fits", ["given", 2, pytest.param(None, marks=pytest.mark.release)])

@@ -1,20 +1,25 @@
 """Photographs of a flat sample from files, by a description in TOML."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import camera, descriptions, flat_setup
+from fitter.photographs import camera, flat_setup
+from fitter.photographs.capture_setup import CameraSetup, LampSetup, Shot, parse, read
 from fitter.photographs.flat import coarse, points_of
 from fitter.photographs.flat_photograph import observed, pixel_of
-from fitter.photographs.flat_setup import flat
 from fitter.photographs.pictures import Pictures
-from fitter.photographs.table import Table
 from support import ball_files, flat_files, flat_scene, wrong_values
 
 LAMPS = flat_scene.lamps(5)
 NAMES = [f"lamp{number}.exr" for number in range(1, 6)]
 PLACES = flat_files.corners()
+
+
+def flat(path, corners=None):
+    return flat_setup.flat(read(path), corners)
 
 
 def lambertian(samples, albedo=0.3):
@@ -55,7 +60,7 @@ def seen(shot):
 
 def test_the_camera_stands_where_the_corners_say(written):
     found = flat(written)
-    assert (found.name, found.shape, found.materials) == ("flat sample (synthetic)", (63, 79), None)
+    assert (found.name, found.shape, found.materials) == ("flat sample (synthetic)", (63, 79), ())
     np.testing.assert_allclose(found.corners, flat_scene.corners())
     shot = found.photographs[2]
     assert np.linalg.norm(shot.camera - flat_scene.CAMERA) < 1e-3
@@ -153,19 +158,15 @@ def test_what_cannot_be_is_refused(described, how, message):
     assert path.name in str(error.value) or "lamp5" in str(error.value)
 
 
-def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, monkeypatch):
-    given = flat_setup.read(written).description
+def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written):
+    given = tomllib.loads(written.read_text("utf-8"))
     given |= {"materials": ["gold.npz"], "texels": 10, "scale": {"card": {
         "file": "lamp1.exr", "exposures": [1], "albedo": 0.18, "lamp": LAMPS[0].tolist(), "normal": [0, 0, 1],
         "region": [40, 40, 50, 50]}}}
     given["photograph"] = [{**each, "exposures": [1]} for each in given["photograph"][:2]]
     given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear", "position": flat_scene.CAMERA.tolist()}
 
-    def read(described):
-        monkeypatch.setattr(flat_setup, "read", lambda path: descriptions.Read(described, path))
-        flat(written)
-
-    said = wrong_values.refusals(read, given)
+    said = wrong_values.refusals(lambda described: flat_setup.flat(parse(described, written)), given)
     assert len(said) > 200
     assert all(str(written.parent) in text for _, text in said), said
 
@@ -226,7 +227,7 @@ def even(lamp, size, ball, radius):
 
 @pytest.mark.parametrize("by", ["mask = 'ball.png'", "centre = [0.056, 0.005, 0.005]\nradius = 0.005"])
 def test_a_chrome_ball_in_the_photographs_says_where_the_lamps_are(openimageio, tmp_path, by):
-    """In one of the photographs it is in a shadow."""
+    """In one of the photographs it is in a shadow, and the first says itself how far its lamp is."""
     size, ball = (540, 600), np.array([0.056, 0.005, 0.005])
     for number, (name, lamp) in enumerate(zip(NAMES, LAMPS, strict=True)):
         picture, hit = even(lamp, size, ball, 0.005)
@@ -235,16 +236,18 @@ def test_a_chrome_ball_in_the_photographs_says_where_the_lamps_are(openimageio, 
     ball_files.write_picture(tmp_path / "ball.png", hit[..., None].astype(float))
     distance = np.linalg.norm(LAMPS[0])
     path = tmp_path / "setup.toml"
-    text = flat_files.description(NAMES, LAMPS, size=size, top="texels = 60", shots=["exposures = [1]"] * 5)
+    text = flat_files.description(NAMES, LAMPS, size=size, top="texels = 60", shots=[
+        f"exposures = [1]\ndistance = {1.02 * distance}", *["exposures = [1]"] * 4])
     path.write_text(f"{text}[chrome]\n{by}\n[lamp]\ndistance = {distance}\n", "utf-8")
     found = flat(path)
     assert [each.name for each in found.photographs] == [NAMES[k] for k in (0, 1, 2, 4)]
     assert "Left out, for the chrome ball shows no lamp there: lamp4.exr" in found.notes
     places = np.array([each.lamp for each in found.photographs])
-    np.testing.assert_allclose(np.linalg.norm(places, axis=1), distance)
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), distance * np.array([1.02, 1, 1, 1]))
     wanted = LAMPS[[0, 1, 2, 4]] / np.linalg.norm(LAMPS[[0, 1, 2, 4]], axis=1, keepdims=True)
-    print(angle(places / distance, wanted))
-    assert angle(places / distance, wanted).max() < 2.5       # a pixel is 5
+    toward = places / np.linalg.norm(places, axis=1, keepdims=True)
+    print(angle(toward, wanted))
+    assert angle(toward, wanted).max() < 2.5       # a pixel is 5
 
 
 def test_what_a_mask_leaves_out_is_unknown(written, described):
@@ -261,6 +264,20 @@ def test_what_a_mask_leaves_out_is_unknown(written, described):
     ball_files.write_picture(written.with_name("mask.png"), mask[:9, :9])
     with pytest.raises(fitter.DatasetError, match=r"mask.png: 9 x 9 pixels found, expected 100 x 90"):
         flat(written.with_name("other.toml"))
+
+
+def test_what_is_beside_an_outline_is_unknown(described):
+    """Of a triangle, whose centre of area is inside, and one that is around no pixel."""
+    rows = f"width = 0.1\nheight = 0.08\ncorners = {PLACES.tolist()}\noutline = "
+    found = flat(described(sample=rows + "[[0, 0], [100, 0], [50, 90]]"))
+    seen = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    y, x = (pixel_of(found.photographs[0].rays, points_of(found.corners, found.shape)
+                     - found.photographs[0].camera) + 0.5).T
+    off = np.minimum(90 * x - 50 * y, 90 * (100 - x) - 50 * y) / np.hypot(90, 50)       # pixels within the sides
+    assert seen.good[off > 2.5].all()       # at the sample's edge what is seen is that of 3 pixels within
+    assert not seen.good[off < -2].any()
+    with pytest.raises(fitter.DatasetError, match=r"sample.outline is .*around pixels of pictures of 100 x 90"):
+        flat(described(sample=rows + "[[0.1, 0.1], [0.2, 0.1], [0.1, 0.2]]"))
 
 
 def grainy(folder, size, sample, random, grain=0.3, texels=64):
@@ -294,8 +311,8 @@ def test_a_texel_is_the_mean_of_its_pixels(openimageio, random, tmp_path, is_rea
 
 def test_no_pixels_of_what_was_read_are_kept(written):
     """Nor by a view of none of them, which kept all in memory."""
-    pictures = Pictures.from_tables(Table({}, "camera", written), Table({}, "lamp", written))
-    pictures.light(Table({"files": ["lamp1.exr"]}, "photograph", written), "files")
+    pictures = Pictures(CameraSetup(), LampSetup())
+    pictures.light(Shot(files=(written.with_name("lamp1.exr"),)), "files")
     said, = pictures.said.values()
     assert said.stored.size == 0
     assert said.stored.base is None
@@ -355,11 +372,11 @@ def test_a_photograph_without_a_light_is_left_out_and_told(written, described):
 
 def test_a_description_says_how_many_materials_there_are_and_leaves_photographs_out(described):
     found = flat(described(top="materials = 2\nleave_out = ['lamp2.exr']"))
-    assert (found.number, found.materials) == (2, None)
+    assert (found.number, found.materials) == (2, ())
     assert [each.name for each in found.photographs] == ["lamp1.exr", "lamp3.exr", "lamp4.exr", "lamp5.exr"]
     np.testing.assert_allclose([each.lamp for each in found.photographs], LAMPS[[0, 2, 3, 4]], atol=1e-6)
     for top, message in (("materials = 5", "materials is 5, expected files, or a number of 1 to 4"),
-                         ("leave_out = 'lamp9.exr'", "leave_out is 'lamp9.exr', expected .*lamp9.exr is none")):
+                         ("leave_out = 'lamp9.exr'", "leave_out is \\['lamp9.exr'\\], expected .*lamp9.exr is none")):
         with pytest.raises(fitter.DatasetError, match=message):
             flat(described(top=top))
     with pytest.raises(fitter.DatasetError, match=r"scale.albedo is 50.*, expected .* at most 1"):
@@ -382,5 +399,5 @@ def test_how_bright_each_lamp_is_is_given_or_found(openimageio, paper, random, t
     given = np.array([each.intensity for each in flat(path).photographs]) / flat_scene.INTENSITY
     np.testing.assert_allclose(given, true[:, :1] * np.ones(3))
     path.write_text(f"{text}[lamp]\nbrightness = [1, 2]\n", "utf-8")
-    with pytest.raises(fitter.DatasetError, match=r"lamp.brightness is \[1, 2\], expected 12 numbers"):
+    with pytest.raises(fitter.DatasetError, match=r"lamp.brightness is \[1.0, 2.0\], expected 12 numbers"):
         flat(path)

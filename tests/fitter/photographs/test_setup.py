@@ -4,13 +4,14 @@ import dataclasses
 import os
 import subprocess
 import sys
+import tomllib
 
 import numpy as np
 import pytest
 
 import fitter
 from fitter import cli
-from fitter.photographs import descriptions, picture_files, setup
+from fitter.photographs import capture_setup, picture_files, setup
 from fitter.photographs.picture_files import read_picture
 from fitter.photographs.setup import measure
 from support import ball_files, ball_scene, wrong_values
@@ -261,7 +262,8 @@ def test_that_a_file_has_further_parts_and_is_to_be_turned_is_told(openimageio, 
     ("lamp = [", "lamb = [", "lamb is not known"),
     ("radius = 0.05", f"radius = {2 ** 64}", "ball.radius is 18446744073709551616, expected a number"),
     ("radius = 0.05", "radius = 1" + 4000 * "0", "ball.radius is 10"),
-    ("files = [\"lamp2.exr\"]", "files = [\"lamp2.exr\"]\nexposures = [1e308]", "exposures is .*expected 1 numbers"),
+    ("files = [\"lamp2.exr\"]", "files = [\"lamp2.exr\"]\nexposures = [1e308]",
+     r"exposures is \[1e\+308\], expected numbers"),
     ("files = [\"lamp2.exr\"]", "files = [\"lamp2.exr\"]\nexposures = [1e-308]", "exposures is .*expected numbers of"),
     ("name = ", "x = " + 2000 * "[" + 2000 * "]" + "\nname = ", "toml: (not TOML|tables within tables)"),
     ("name = ", "".join(f"[{'.'.join(20 * 'a')}.b{k}]\n" for k in range(9)) + "name = ", "tables within tables"),
@@ -282,6 +284,32 @@ def test_what_is_wrong_is_named_by_file_and_key(written, tmp_path, old, new, mes
         measure(tmp_path / "setup.toml")
 
 
+def test_all_that_is_wrong_is_said_at_once(tmp_path):
+    (tmp_path / "setup.toml").write_text(
+        "pencil = 1\n[camera]\nposition = [0, 1]\n[ball]\nradius = -1\n[scale]\nalbedo = 50\n[[photograph]]\n"
+        "files = 'a.exr'\nlamp = [0, 1, 2]\n[[photograph]]\nfiles = 'b.exr'\nexposures = [1, 2]\n"
+        "lamp = [0, 0, 1]\n")
+    with pytest.raises(fitter.DatasetError) as error:
+        measure(tmp_path)
+    assert str(error.value).count("setup.toml: ") == 1
+    for line in ("pencil is not known", "camera.position is [0, 1], expected 3 numbers", "ball.radius is -1",
+                 "scale.albedo is 50, expected more than 0 and at most 1",
+                 "photograph 2.exposures is [1.0, 2.0], expected 1 numbers"):
+        assert line in str(error.value)
+
+
+def test_a_description_of_the_other_surface_is_refused(tmp_path):
+    rest = ("[camera]\nposition = 'far'\n[scale]\nalbedo = 0.5\n[[photograph]]\nfiles = 'a.exr'\n"
+            "direction = [0, 0, 1]\n")
+    ball, sample = "[ball]\ncentre = 'outline'\n", "[sample]\nwidth = 1\nheight = 1\n"
+    for text, message in (("", r"ball is missing, expected a table \[ball\], or \[sample\]"),
+                          (ball + sample, "ball and sample are there, expected one of them"),
+                          (sample, r"a flat sample is described, expected a table \[ball\]")):
+        (tmp_path / "setup.toml").write_text(text + rest)
+        with pytest.raises(fitter.DatasetError, match=message):
+            capture_setup.read(tmp_path).of_ball()
+
+
 @pytest.mark.parametrize("more", [
     {"scale": {"intensity": [3.0, 2.0, 1.0]}},
     {"scale": {"ball": {"file": "card.exr", "exposures": [1], "albedo": [0.9, 0.9, 0.9], "direction": [0, -1, 0.5]}}},
@@ -290,13 +318,13 @@ def test_what_is_wrong_is_named_by_file_and_key(written, tmp_path, old, new, mes
 def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, scenes, more):
     """Of each key in turn: it is refused by a line that names the file, or it makes no difference."""
     (written.parent / "dome.lp").write_text("1\nlamp1.exr 0.3 -.2 .9\n")
-    given = {**descriptions.read(written).description, **more}
+    given = {**tomllib.loads(written.read_text("utf-8")), **more}
     shot = {"files": ["lamp1.exr"], "exposures": [1]}
     given["photograph"] = [shot if "lamp" in more else {**shot, "direction": [0.3, -0.9, 0.4]}]
     given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear"}
     given["ball"]["centre"] = [float(x) for x in scenes[0].centre]
-    setup.resolved(given, written)
-    said = wrong_values.refusals(lambda described: setup.resolved(described, written), given)
+    setup.resolved(capture_setup.parse(given, written))
+    said = wrong_values.refusals(lambda described: setup.resolved(capture_setup.parse(described, written)), given)
     assert len(said) > 200
     assert all(str(written.parent) in text for _, text in said), said
 
@@ -381,6 +409,6 @@ def test_a_chrome_ball_of_another_size_and_place(openimageio, scenes, tmp_path):
         f"[camera]\nposition = {list(scene.camera)}\nfield_of_view = {scene.angle}\n[ball]\ncentre = [0, 0, 0]\n"
         f"radius = {scene.radius}\n[chrome]\nradius = 0.03\nmask = 'mask.png'\n[scale]\nalbedo = 0.5\n")
     (tmp_path / "setup.toml").write_text(text + "".join(lines))
-    for shot, scene in zip(setup.photographed(*descriptions.read(tmp_path)), scenes[:2], strict=True):
+    for shot, scene in zip(setup.photographed(capture_setup.read(tmp_path)), scenes[:2], strict=True):
         angle = np.arccos(shot.lamp @ scene.lamp / np.linalg.norm(shot.lamp) / np.linalg.norm(scene.lamp))
         assert np.degrees(angle) < 1.0
