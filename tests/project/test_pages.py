@@ -176,7 +176,7 @@ NUMBERS = (
     ("docs/fitting.md", r"([\d,]+) directions between", count(lattices._BETWEEN)),
     ("docs/fitting.md", r"Of more than ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
     ("docs/fitting.md", r"a softening radius delta of ([\d.]+\d)", half_angle.SOFTENING),
-    ("docs/fitting.md", r"or to ([\d,]+) of them at random", count(lattices.MOST)),
+    ("docs/fitting.md", r"or to ([\d,]+) of them", count(lattices.MOST)),
     ("docs/fitting.md", r"At most ([\d,]+) control points of a lattice", count(lattices._TOGETHER)),
     ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),
     ("docs/fitting.md", r"Standard` is D = 4, S = 5 and C = ([\d.]+\d)", PRESETS["Standard"]["compression"]),
