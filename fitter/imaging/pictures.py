@@ -11,7 +11,7 @@ from ..model.published import Published
 from ..samples import Samples
 from . import studio
 from .drawing import INK, Canvas
-from .plane_plot import LIGHT, PAIR, TEXT, Disc, Plane, Plotted, curves, draw, near_plane
+from .plane_plot import LIGHT, Disc, Plane, Plotted, curves, draw, near_plane
 
 SIZE = 256
 Light = tuple[tuple[float, float, float], float]       # direction to a light far away, and its irradiance / pi
@@ -199,7 +199,7 @@ def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float,
                phi_i: float = 0.0) -> tuple[SingleArray, float]:
     """Plot a fit in the plane of incidence for one angle of incidence, with the samples near that plane (`plane_plot`).
 
-    Of two fits the first is orange and named A, the second blue and named B.
+    Of two fits the first is orange, the second blue.
 
     Parameters
     ----------
@@ -219,10 +219,8 @@ def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float,
     """
     place, values, shown = (None, None, float("nan")) if samples is None else near_plane(samples, theta_i, phi_i)
     near = None if place is None or values is None else (place, values)
-    canvas, scale = Canvas(size), size / SIZE
+    canvas = Canvas(size)
     draw(canvas, picture_disc(size), Plane(theta_i, curves(fits, theta_i, phi_i, samples=near)))
-    for number, (name, color) in enumerate(zip("AB" if len(fits) > 1 else "", PAIR, strict=False)):
-        canvas.text(name, ((8 + 16 * number) * scale, size - 20 * scale), TEXT * scale, color)
     return canvas.picture, shown
 
 

@@ -102,26 +102,14 @@ def test_a_wider_space_has_its_own_luminance():
 
     wide = Lobe(9, *(conversion("Rec.709", "Rec.2020") @ RED.colour))
     picture = compared(RED, wide, 0.5, 200, space="Rec.2020")
-    plot = picture[:170]                            # below the letters
+    plot = picture
     orange = np.abs(plot[..., :3] - PAIR[0][:3]).max(axis=-1) < 0.1
     blue = np.abs(plot[..., :3] - PAIR[1][:3]).max(axis=-1) < 0.1
     assert not orange.any()
     assert blue.sum() > 100
 
 
-def test_the_letters_of_the_legend_have_the_colours_of_the_curves():
-    picture = compared(RED, BLUE, 0.5, 256)
-    corner = picture[235:250, :30, :3]
-    for color, columns in zip(PAIR, (slice(5, 16), slice(16, 28)), strict=True):
-        # antialiased: between the background and the colour, and of no other
-        part, toward = corner[:, columns] - BACKGROUND[:3], np.array(color[:3]) - BACKGROUND[:3]
-        covered = part @ toward / (toward @ toward)
-        np.testing.assert_allclose(part, covered[..., None] * toward, atol=1e-5)
-        assert covered.max() > 0.9
-        assert covered.sum() > 20, "pixels of ink"
-
-
-@pytest.mark.parametrize("string", ["0123456789", "-1.2e+09/", "90\u00b0", "AB 1/sr".replace(" ", "")])
+@pytest.mark.parametrize("string", ["0123456789", "-1.2e+09/", "90\u00b0", "1/sr"])
 def test_text_is_as_wide_as_it_says_and_stands_on_its_base_line(string):
     canvas = Canvas(128)
     width = canvas.text(string, (64.0, 40.0), 12.0, INK, 0.5)
@@ -138,5 +126,5 @@ def test_grey_and_coloured_materials_are_compared():
             return np.full((len(theta_o), 1), 0.2)
 
     picture = compared(Grey(), Lobe(0, 0.2 / 1.1, 0.2 / 1.1, 0.2 / 1.1), 0.5, 200)
-    orange = np.abs(picture[:170, :, :3] - PAIR[0][:3]).max(axis=-1) < 0.1
+    orange = np.abs(picture[..., :3] - PAIR[0][:3]).max(axis=-1) < 0.1
     assert not orange.any()                         # covered by B, which is equal
