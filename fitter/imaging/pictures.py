@@ -54,6 +54,11 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
     canvas.picture[..., :3] = 0
     canvas.picture[inside, :3] = srgb(linear if lights else studio.developed(linear))
     canvas.picture[..., 3] = cover
+    # pixels of the edge whose middle is outside would else darken it
+    edge = np.argwhere((cover > 0) & ~inside)
+    middle = (size - 1) / 2
+    inward = np.round(edge - 1.5 * (edge - middle) / np.linalg.norm(edge - middle, axis=1, keepdims=True)).astype(int)
+    canvas.picture[edge[:, 0], edge[:, 1], :3] = canvas.picture[inward[:, 0], inward[:, 1], :3]
     if with_tangent and not is_isotropic(fit):
         for stroke in _strokes(size):
             canvas.line(stroke, LIGHT, 1.2)
