@@ -6,11 +6,11 @@ add. A slice is what users do: it imports these three and no other slice, and ev
 
 from . import adjust, baking, compare, importing, inspect, library, mix, panel, photographs, starter
 from .core import lamps, manual, preferences
-from .core.shading import export_follow, rendered
+from .core.shading import comparison, export_follow, rendered
 from .core.storage import paths, properties
 from .work import command, icons, process, queue
 
-_CORE = (properties, preferences, icons, lamps, export_follow, rendered, paths, manual, command, panel)
+_CORE = (properties, preferences, icons, lamps, export_follow, rendered, comparison, paths, manual, command, panel)
 _SLICES = (adjust, mix, importing, compare, inspect, baking, library, photographs, starter)
 
 

@@ -59,7 +59,7 @@ def bake(material: bpy.types.Material, size: int) -> Maps:
     found = export_surface.evaluate(material, node, size, _fitted)
     if not found.values:
         raise ValueError(f"{material.name} has no exported surface, or a material that it mixes has been deleted")
-    lost = [*found.lost]
+    lost = [line for line in found.lost if not line.startswith(export_surface.NOT_EVERYWHERE)]
     pictures = {name: np.broadcast_to(found.values[name], (size, size, 3)) for name in (COLOUR, ROUGHNESS, METALLIC)}
     pictures[NORMAL] = _normals(node, size, found.placed, lost)
     vector = None if found.placed is None else found.placed.inputs["Vector"]

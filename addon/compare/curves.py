@@ -12,14 +12,13 @@ from ...fitter.imaging.pictures import split
 from ...fitter.imaging.plane_plot import PAIR
 from ...fitter.quality import verdict
 from ..core.annotations import not_none
+from ..core.shading import comparison, rendered
 from ..core.shading import material as materials
-from ..core.shading import rendered
 from ..core.storage.outcomes import EmbeddedFit, FitRequest, KeptMix, Shown
 from ..core.storage.properties import fit_arguments, is_as_fitted
 from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, has_data, is_narrow, picture_scale
 from ..work import icons, queries, queue
 from ..work.job import Job
-from . import settings as comparison
 from . import work as comparisons
 from .operators import MEASUREDBRDF_OT_pin
 
@@ -54,8 +53,10 @@ def _draw_choice(layout: bpy.types.UILayout, scene: bpy.types.Scene,
                  material: bpy.types.Material) -> bpy.types.Material | None:
     """Draw what the material is compared with, and return it."""
     chosen, other = comparison.get(scene), comparison.pinned(scene, material)
-    row = layout.row(align=True)
-    row.prop(chosen, "pinned")
+    parts = layout.split(factor=0.35)       # Blender cuts names of pointers
+    parts.label(text=chosen.bl_rna.properties["pinned"].name)
+    row = parts.row(align=True)
+    row.prop(chosen, "pinned", text="")
     row.operator(MEASUREDBRDF_OT_pin.bl_idname, text="", icon="PINNED")
     if chosen.pinned == material:
         draw_wrapped(layout, "This is the pinned material: choose another one to compare it with", "INFO")
@@ -76,8 +77,8 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     shown: Shown = cast(Shown, kept) if is_kept or data is None else FitRequest(data, fit_arguments(settings))
     anisotropic = (shown.data.description.rotations is not None if isinstance(shown, FitRequest) else
                    materials.tangent_input(material) is not None)
-    reaches = () if isinstance(shown, FitRequest) else queries.reaches(material)
-    second = None if other is None else _embedded_fit(other)
+    fits = ((shown, () if isinstance(shown, FitRequest) else queries.reaches(material)),
+            *(() if other is None else ((_embedded_fit(other), queries.reaches(other)),)))
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True, align=True)
     scale = picture_scale(context, columns)
@@ -88,16 +89,16 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
         draw_picture(column, icon, job, scale)
         return column, job
 
-    if second is not None:
+    if other is not None:
         at = round(chosen.divide, 2)
-        column, _ = draw("Lit sphere", *_split_sphere(shown, second, at))
+        column, _ = draw("Lit sphere", *_split_sphere(shown, fits[1][0], at))
         draw_line(column, chosen)
     elif isinstance(shown, FitRequest):
         draw("Lit sphere", *queries.lit_sphere(about, shown))
     else:
         draw("Lit sphere", *queries.material_sphere(material))
     theta, azimuth = settings.shown_theta, settings.shown_phi if anisotropic else 0.0
-    column, job = draw("Plane of incidence", *queries.polar_plot(about, shown, data, theta, azimuth, reaches, second))
+    column, job = draw("Plane of incidence", *queries.polar_plot(about, fits, data, theta, azimuth))
     column.prop(settings, "shown_theta", slider=True)
     if anisotropic:
         column.prop(settings, "shown_phi", slider=True)

@@ -6,9 +6,8 @@ from typing import NamedTuple
 import bpy
 
 from ...fitter.arrays import SingleArray
-from ..core.shading import look
+from ..core.shading import comparison, look
 from ..work.recent import Recent
-from . import settings as comparison
 
 
 class Key(NamedTuple):

@@ -7,14 +7,13 @@ import bpy
 
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender.active_material import active_material
-from ..core.shading import look
+from ..core.shading import comparison, look
 from ..core.shading import material as materials
 from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work
 from ..work.modal import InBackground
 from . import looks
-from . import settings as comparison
 
 SIZE, _SAMPLES = 256, 64    # of renders: pixels on a side, and samples per pixel
 

@@ -5,11 +5,11 @@ import bpy
 from ...fitter.arrays import SingleArray
 from ...fitter.imaging.pictures import split
 from ..core.annotations import not_none
+from ..core.shading import comparison
 from ..core.shading import material as materials
 from ..panel.layout import MaterialPanel, picture_scale
 from ..work import icons
 from . import looks
-from . import settings as comparison
 from .curves import draw_line, draw_names
 from .operators import MEASUREDBRDF_OT_render_look
 

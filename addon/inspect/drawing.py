@@ -2,6 +2,7 @@
 
 They work where there is a window only."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -62,12 +63,16 @@ def fill(vertices: ArrayLike, faces: IntArray, color: Color) -> None:
     _draw(shader, "TRIS", {"pos": _in_space(vertices)}, faces)
 
 
-def text(string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0) -> float:
+def text(string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0,
+         room: float = math.inf) -> float:
     """Draw text: its width. `at` is the left end of the base line, (2,), and the size in pixels; `align` is how much of
-    the width lies left of it.
+    the width lies left of it. Where the text is wider than `room`, it is drawn smaller.
     """
     blf.size(_FONT, size)
     width = float(blf.dimensions(_FONT, string)[0])
+    if width > room:
+        blf.size(_FONT, size * room / width)
+        width = room
     blf.color(_FONT, *color)
     blf.position(_FONT, round(at[0] - align * width), round(at[1]), 0)
     blf.draw(_FONT, string)

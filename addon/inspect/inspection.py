@@ -8,8 +8,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...fitter.arrays import ArrayLike, BoolArray, FloatArray
-from ...fitter.imaging.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
-from ...fitter.imaging.plane_plot import Curve, Plane, channel_colors
+from ...fitter.imaging.drawing import Color
+from ...fitter.imaging.lobe import RADII, Lobe, Radius, lobe_surface, plane_curve
+from ...fitter.imaging.plane_plot import Curve, Plane, Plotted, curves
 from ...fitter.methods import beyond
 from ...fitter.model import Reflectance, is_isotropic
 from ..core.annotations import not_none
@@ -61,8 +62,8 @@ class Inspection:
         Of the light, radians; the azimuth counts from the tangent.
     side : {"LEFT", "RIGHT"}
         Where the plot is.
-    shown : Shown, or None
-        The material's fit, once it is known.
+    shown, second : Shown, or None
+        The material's fit, once it is known; and that of the pinned one, of which the plot has a curve.
     lobe, curve : Lobe, (theta, values), or None
         Of the fit; in the plane of incidence, (k,) radians and (k, channels) 1/sr.
     drag : {"", "LOBE", "PLOT"}
@@ -78,17 +79,18 @@ class Inspection:
         self.radius: Radius = "cube root"
         self.with_plot = True
         self.shown: InspectedSurface | None = None
+        self.second: InspectedSurface | None = None
         self.lobe: Lobe | None = None
         self.curve: tuple[FloatArray, FloatArray] | None = None
         self.samples: Measurements | None = None
         self.drag: Literal["", "LOBE", "PLOT"] = ""
         self.mouse: FloatArray | None = None
 
-    def show(self, shown: InspectedSurface | None) -> bool:
-        """Show a fit: whether it is another one than before."""
-        if shown == self.shown:
+    def show(self, shown: InspectedSurface | None, second: InspectedSurface | None = None) -> bool:
+        """Show a fit, beside the second one in the plot: whether either is another than before."""
+        if (shown, second) == (self.shown, self.second):
             return False
-        self.shown = shown
+        self.shown, self.second = shown, second
         self._evaluate()
         return True
 
@@ -142,12 +144,7 @@ class Inspection:
     @property
     def plane(self) -> Plane:
         """What the plot shows."""
-        if self.curve is None:
-            return Plane(self.theta_i, (), self.radius)
-        theta, values = self.curve
-        samples = None if self.samples is None else self.samples[:2]
-        curve = Curve(theta, values, channel_colors(values), self.guessed(theta), samples)
-        return Plane(self.theta_i, (curve,), self.radius)
+        return Plane(self.theta_i, self._curves(), self.radius)
 
     def light(self) -> FloatArray:
         """The direction to the light in the frame of the surface, (3,)."""
@@ -160,9 +157,15 @@ class Inspection:
         # negative angles are on the light's side
         return radii[:, None] * direction(-theta, self.phi_i)
 
-    def read(self, theta: float) -> FloatArray:
-        """The values of the fit at an angle in the plane of incidence: (channels,), 1/sr."""
-        return at_angle(not_none(self.shown).fit, self.theta_i, self.phi_i, np.array([theta]))[0]
+    def read(self, theta: float) -> list[tuple[Color, float]]:
+        """The values at an angle in the plane of incidence, 1/sr, in the colours that they are plotted in."""
+        return [(color, float(value)) for curve in self._curves(np.array([theta]))
+                for color, value in zip(curve.colors, curve.values[0], strict=True)]
+
+    def _curves(self, theta: FloatArray | None = None) -> list[Curve]:
+        fits = [Plotted(each.fit, each.space, each.reaches) for each in (self.shown, self.second) if each is not None]
+        samples = None if self.samples is None else self.samples[:2]
+        return curves(fits if self.shown is not None else [], self.theta_i, self.phi_i, theta, samples)
 
     def guessed(self, theta: FloatArray) -> BoolArray:
         """Whether nobody measured what leaves at polar angles (n,), radians; they may be negative."""

@@ -11,7 +11,7 @@ from ...fitter.colours import DEFAULT, conversion
 from ...fitter.imaging import plane_plot
 from ...fitter.imaging.drawing import Color
 from ...fitter.imaging.pictures import srgb
-from ...fitter.imaging.plane_plot import DIM, FAINT, INK, LIGHT, SMALL, TEXT, channel_colors, lengths, shown_value
+from ...fitter.imaging.plane_plot import DIM, FAINT, INK, LIGHT, PAIR, SMALL, TEXT, Plane, lengths, shown_value
 from ..core.annotations import not_none
 from . import drawing
 from .inspection import HANDLE, Inspection, direction
@@ -152,20 +152,28 @@ def draw_plot(inspection: Inspection, plot: Plot, waiting: str) -> None:
     scale = plot.scale
     try:
         drawing.fan(plot.corners, _BOX)
-        plane_plot.draw(drawing, plot.disc, inspection.plane)
+        plane = inspection.plane
+        plane_plot.draw(drawing, plot.disc, plane)
         if inspection.shown is None:
             drawing.text(waiting, plot.line(0), TEXT * scale, INK)
             return
-        _draw_titles(inspection, plot)
-        _draw_values(inspection, plot)
+        _draw_titles(inspection, plot, plane)
+        _draw_values(inspection, plot, plane)
     finally:
         gpu.state.blend_set("NONE")
 
 
-def _draw_titles(inspection: Inspection, plot: Plot) -> None:
+def _draw_titles(inspection: Inspection, plot: Plot, plane: Plane) -> None:
     scale, shown = plot.scale, not_none(inspection.shown)
-    name = shown.name if len(shown.name) <= _LONGEST else f"{shown.name[:_LONGEST - 1]}\u2026"
-    drawing.text(name, plot.line(0), TEXT * scale, INK)
+    names: list[tuple[str, Color]] = [(shown.name, INK)]
+    if inspection.second is not None:
+        names = [(f"{letter}: {each.name}", color) for letter, each, color in
+                 zip("AB", (shown, inspection.second), PAIR, strict=True)]
+    x, y = plot.line(0)
+    for string, color in names:
+        longest = _LONGEST // len(names)
+        string = string if len(string) <= longest else f"{string[:longest - 1]}\u2026"
+        x += drawing.text(string, (x, y), TEXT * scale, color) + TEXT * scale
     parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0", f"radius: {inspection.radius}"]
     if not shown.isotropic:
         parts[0] += f", azimuth {math.degrees(inspection.phi_i) % 360:.0f}\u00b0"
@@ -173,14 +181,15 @@ def _draw_titles(inspection: Inspection, plot: Plot) -> None:
         parts.append(f"dots: {inspection.samples.source} at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
     if shown.note:
         parts.append(shown.note)
-    if inspection.guessed(not_none(inspection.curve)[0]).any():
+    if any(curve.is_guess.any() for curve in plane.curves):
         parts.append("dashed: a guess")
-    drawing.text("   ".join(parts), plot.line(1), SMALL * scale, DIM)
+    x, y = plot.line(1)
+    drawing.text("   ".join(parts), (x, y), SMALL * scale, DIM, room=2 * (plot.center[0] - x))
 
 
-def _draw_values(inspection: Inspection, plot: Plot) -> None:
+def _draw_values(inspection: Inspection, plot: Plot, plane: Plane) -> None:
     """The values at the angle under the mouse, or in the mirror direction."""
-    scale, mouse, largest = plot.scale, inspection.mouse, inspection.plane.largest
+    scale, mouse = plot.scale, inspection.mouse
     theta, label = inspection.theta_i, "Mirror "
     if mouse is not None and plot.is_read(mouse) and not inspection.drag:
         theta, label = plot.angle(mouse), ""
@@ -189,10 +198,10 @@ def _draw_values(inspection: Inspection, plot: Plot) -> None:
     x, y = plot.line(-1)
     label += f"{abs(math.degrees(theta)):.1f}\u00b0" + (" light's side" if theta < 0 else "")
     drawing.text(label, (x, y), TEXT * scale, INK)
-    for channel, (color, value) in enumerate(zip(channel_colors(values[None]), values, strict=True)):
-        place = plot.disc.points([theta], lengths(np.array([value]), largest, inspection.radius))
+    names = ("",) if len(values) == 1 else "RGB" if inspection.second is None else "AB"
+    for number, (name, (color, value)) in enumerate(zip(names, values, strict=True)):
+        place = plot.disc.points([theta], lengths(np.array([value]), plane.largest, inspection.radius))
         drawing.discs(place, 4 * scale, color)
-        name = "RGB"[channel] + " " if len(values) > 1 else ""
-        drawing.text(name + shown_value(float(value)), (x + (0.34 + 0.19 * channel) * plot.width, y), TEXT * scale,
-                     color)
+        drawing.text(f"{name} {shown_value(value)}".strip(), (x + (0.34 + 0.19 * number) * plot.width, y),
+                     TEXT * scale, color)
     drawing.text("1/sr", (2 * plot.center[0] - x, y), TEXT * scale, DIM, 1.0)

@@ -17,8 +17,8 @@ from ...fitter.model import Reflectance, published
 from ...fitter.model.mix import Mix
 from ..core.annotations import not_none
 from ..core.blender.transaction import by_session_uid
+from ..core.shading import comparison, mixing
 from ..core.shading import material as materials
-from ..core.shading import mixing
 from ..work import queries
 from ..work.job import Job
 from . import overlay
@@ -115,7 +115,7 @@ class Session:
         job = queries.fit_job(material, inspection.spot.masked)
         if job is not None and job.error is not None:
             self._waiting = str(job.error)
-        changed = inspection.show(_displayed_fit(material, job, inspection.spot.masked))
+        changed = inspection.show(_displayed_fit(material, job, inspection.spot.masked), _pinned_fit(material))
         samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
         if samples is not None and samples.finished is not None:
             source = "measured" if published.name_in(material.measured_brdf.filepath) is None else "published fit"
@@ -184,6 +184,11 @@ def _displayed_fit(material: bpy.types.Material, job: Job[Reflectance] | None,
     if isinstance(job.result, Mix) and mixing.mixes.parts(not_none(node))[2] is None:
         note = "mask: half of each" if masked is None else f"mask here: {masked:.0%}"
     return InspectedSurface(job.result, material.name, space, queries.reaches(material), note)
+
+
+def _pinned_fit(material: bpy.types.Material) -> InspectedSurface | None:
+    other = comparison.pinned(not_none(bpy.context.scene), material)
+    return None if other is None else _displayed_fit(other, queries.fit_job(other), None)
 
 
 def _same(one: Measurements | None, other: Measurements | None) -> bool:

@@ -153,10 +153,11 @@ def is_narrow(characters: int = _NARROW) -> bool:
 
 
 def choices(layout: bpy.types.UILayout, texts: Collection[str]) -> bpy.types.UILayout:
-    """A layout for buttons with these texts: beside one another, if they fit."""
-    columns = len(texts)
-    if is_narrow(columns * (max(map(len, texts)) + _GAP)):
-        columns = 1 if columns % 2 else 2
+    """A layout for buttons with these texts: as many beside one another as fit, in rows that are nearly full."""
+    columns, rows = len(texts), 1
+    while columns > 1 and is_narrow(columns * (max(map(len, texts)) + _GAP)):
+        rows += 1
+        columns = -(-len(texts) // rows)
     return layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)
 
 

@@ -57,15 +57,15 @@ def lit_sphere(about: Hashable, shown: Shown, edit: Arguments | None = None) -> 
     return icons.icon(key, partial(tasks.lit_sphere, shown, edit), latest=True)
 
 
-def polar_plot(about: Hashable, shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0,
-               reaches: tuple[beyond.Reach, ...] = (), second: Shown | None = None) -> tuple[int, Job[Any]]:
+def polar_plot(about: Hashable, fits: tuple[tasks.Reaching, ...], data: Data | None, theta_i: float,
+               phi_i: float = 0.0) -> tuple[int, Job[Any]]:
     """The icon of the plot of a plane of incidence at an angle of incidence and an azimuth of the light (radians), and
-    the job that draws it; with the samples if they are given, dashed beyond `reaches`, and beside a second fit.
-    `about` is as in `lit_sphere`."""
+    the job that draws it: one fit or two, with the samples of the first if they are given. `about` is as in
+    `lit_sphere`."""
     theta_i, phi_i = round(theta_i, 3), round(phi_i, 3)
-    digests = tuple(None if each is None else each.digest for each in (shown, data, second))
-    return icons.icon(("polar", about, *digests, reaches, theta_i, phi_i),
-                      partial(tasks.polar_plot, shown, data, theta_i, phi_i, reaches, second))
+    digests = tuple((shown.digest, reaches) for shown, reaches in fits), None if data is None else data.digest
+    return icons.icon(("polar", about, *digests, theta_i, phi_i),
+                      partial(tasks.polar_plot, fits, data, theta_i, phi_i))
 
 
 def turned_plane(about: Hashable, shown: Shown, theta_i: float) -> tuple[int, Job[Any]]:

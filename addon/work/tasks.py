@@ -33,6 +33,9 @@ from ..core.storage.outcomes import Data, EmbeddedFit, FitRequest, Fitted, KeptM
 from . import discovery, shared
 from .recent import Recent
 
+Reaching = tuple[Shown, tuple[beyond.Reach, ...]]
+"""A fit, and how far its measurements go, as far as that is known."""
+
 Rebaked = tuple[str, Nodes, bytes]
 """OSL source and closure nodes of a fit, and the fit as materials keep it."""
 
@@ -352,14 +355,13 @@ def lit_sphere(shown: Shown, edit: Arguments | None) -> SingleArray:
     return pictures.lit_sphere(made, colours=shown.colours, with_tangent=True)
 
 
-def polar_plot(shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0,
-               reaches: tuple[beyond.Reach, ...] = (), second: Shown | None = None) -> tuple[SingleArray, float]:
-    """The plot of a plane of incidence, and the angle of incidence of the samples in it (radians), nan without
-    measurements. Raises ValueError if there is no fit."""
+def polar_plot(fits: Sequence[Reaching], data: Data | None, theta_i: float,
+               phi_i: float = 0.0) -> tuple[SingleArray, float]:
+    """The plot of a plane of incidence of one fit or of two, and the angle of incidence of the samples in it (radians),
+    nan without measurements. Raises ValueError if there is no fit."""
     progress.report(0.0, "Drawing")
-    return pictures.polar_plot(fit_of(shown), None if data is None else samples_of(data), theta_i, phi_i=phi_i,
-                               colours=shown.colours, reaches=reaches,
-                               second=None if second is None else (fit_of(second), second.colours))
+    plotted = [plane_plot.Plotted(fit_of(shown), shown.colours, reaches) for shown, reaches in fits]
+    return pictures.polar_plot(plotted, None if data is None else samples_of(data), theta_i, phi_i=phi_i)
 
 
 def turned_plane(shown: Shown, theta_i: float) -> SingleArray:

@@ -15,11 +15,11 @@ from .text import decode, floats, line_number, lines
 
 MOST_COLUMNS = 1000
 SKIPPED = "-"               # in the place of a name: a column that is not read
-_LONGEST = 1 << 16          # bytes of a line of names
+LONGEST = 1 << 16           # bytes of a line of names, or of numbers
 _MOST_TITLES = 100          # lines before the names
 _SOME = 20                  # rows by which a column of text is told
 _PREVIEWED = 4              # rows
-_SEPARATORS = b"\t", b";", b",", b"|", b":"
+SEPARATORS = b"\t", b";", b",", b"|", b":"
 _SAID = re.compile(rb"\"?sep=([^\w\r\n])\"?[ \t]*\Z")
 _QUOTED = re.compile(rb"\"[^\"]*\"")
 _POLAR = re.compile(rb"theta|zenith|polar|angle|incidence|\b(?:ao[ieorsv]|[siov]za)\b|"
@@ -106,9 +106,9 @@ def _attempts(content: bytes, every: bool = False) -> Iterator[tuple[re.Match[by
         if said is None and (found := _SAID.match(line[0])):
             said = found[1]
             continue
-        if len(line[0]) > _LONGEST:
+        if len(line[0]) > LONGEST:
             return
-        every_one = [*(each for each in _SEPARATORS if each in line[0]), None]
+        every_one = [*(each for each in SEPARATORS if each in line[0]), None]
         for separator in [said] if said else every_one if every else _candidates(line[0]):
             yield line, separator, split(line[0], separator)
 
@@ -132,7 +132,7 @@ def preview(content: bytes) -> tuple[list[str] | None, list[list[str]]] | None:
 
 def _rows_from(content: bytes, line: re.Match[bytes], before: re.Match[bytes] | None,
                separator: bytes | None) -> tuple[list[str] | None, list[list[str]]]:
-    rows = [[decode(cell) for cell in split(row[0][:_LONGEST], separator)]
+    rows = [[decode(cell) for cell in split(row[0][:LONGEST], separator)]
             for row in islice(_lines(content, line.start()), _PREVIEWED)]
     heads = None
     for candidate in ([separator] if separator else [_WIDE, None]) if before is not None else ():
@@ -172,7 +172,7 @@ def _lines(content: bytes, start: int = 0) -> Iterator[re.Match[bytes]]:
 def _candidates(line: bytes) -> Sequence[bytes | None]:
     """What may separate the cells of a line."""
     bare = _QUOTED.sub(b"", line.strip())
-    found = [each for each in _SEPARATORS if each in bare]
+    found = [each for each in SEPARATORS if each in bare]
     return [*found[:1], *(() if found else (None, _WIDE))]
 
 
@@ -190,7 +190,7 @@ def _are_names(cells: list[bytes]) -> bool:
 def _has_rows(content: bytes, start: int, count: int, separator: bytes | None) -> bool:
     """Whether a row of so many cells, numbers or missing ones, follows at once, or after a line of units."""
     for line in islice(_lines(content, start), 2):
-        cells = split(line[0][:_LONGEST], None if separator == _WIDE else separator)
+        cells = split(line[0][:LONGEST], None if separator == _WIDE else separator)
         fits = len(cells) == count if separator in (None, _WIDE) else 0 < len(cells) <= count
         if fits and sum(map(is_number, cells)) >= 2:
             return True
@@ -211,7 +211,7 @@ def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator
     separator = None if separator == _WIDE else separator
     start = line.end()
     following = next(_lines(content, start), None)
-    if following is not None and len(following[0]) <= _LONGEST:
+    if following is not None and len(following[0]) <= LONGEST:
         below = split(following[0], separator)
         if len(below) <= len(units) and _are_units(below):
             units = [unit or names.unit_of(decode(under)) or None
@@ -225,7 +225,7 @@ def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator
 
 def _is_text(content: bytes, start: int, separator: bytes | None, column: int) -> bool:
     """Whether the first rows have text in a column, and no number."""
-    rows = [split(line[0][:_LONGEST], separator) for line in islice(_lines(content, start), _SOME)]
+    rows = [split(line[0][:LONGEST], separator) for line in islice(_lines(content, start), _SOME)]
     cells = [row[column] for row in rows if column < len(row)]
     return separator is not None and not any(map(is_number, cells)) and not all(map(is_cell, cells))
 

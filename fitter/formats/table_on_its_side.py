@@ -14,12 +14,10 @@ from itertools import islice
 from typing import NamedTuple
 
 from . import names
-from .table_layout import MOST_COLUMNS, find, is_cell, is_comment, is_number, split
+from .table_layout import LONGEST, MOST_COLUMNS, SEPARATORS, find, is_cell, is_comment, is_number, split
 from .text import decode, lines
 
-_SEPARATORS = b"\t", b";", b",", b"|"
 _BEGIN_NUMBERS = b"0123456789.+-"
-_LONGEST = 1 << 16          # bytes of a line
 _MOST_LINES = 1000          # before a line of angles
 
 
@@ -41,14 +39,14 @@ def upright(content: bytes) -> Upright | None:
     (b'a scan\nIncidence\tReceive\tBRDF\n10\t0\t.31\n10\t10\t.32\n', 2)
     """
     first = [line[0] for line in islice(lines(content), _MOST_LINES) if line[0][:1] not in _BEGIN_NUMBERS]
-    for separator in _SEPARATORS:
+    for separator in SEPARATORS[:-1]:       # a colon is in times
         if any(_is_of_angles(_cells(line, separator)) for line in first):
             return _transpose([line[0] for line in lines(content)], separator)
     return None
 
 
 def _cells(line: bytes, separator: bytes) -> list[bytes]:
-    return split(line, separator) if separator in line and len(line) <= _LONGEST and not is_comment(line) else []
+    return split(line, separator) if separator in line and len(line) <= LONGEST and not is_comment(line) else []
 
 
 def _is_of_angles(cells: list[bytes]) -> bool:

@@ -10,13 +10,15 @@ Color = tuple[float, float, float, float]
 """Red, green and blue, as they are displayed, and how much it covers."""
 
 BACKGROUND, INK = (0.16, 0.16, 0.16, 1.0), (0.9, 0.9, 0.9, 1.0)
-_PIXEL = 6                  # of the size of text, to a pixel of `_FONT`
-_FONT = {   # rows of 3 bits
-         "0": (7, 5, 5, 5, 7), "1": (2, 6, 2, 2, 7), "2": (7, 1, 7, 4, 7), "3": (7, 1, 7, 1, 7), "4": (5, 5, 7, 1, 1),
-         "5": (7, 4, 7, 1, 7), "6": (7, 4, 7, 5, 7), "7": (7, 1, 2, 2, 2), "8": (7, 5, 7, 5, 7), "9": (7, 5, 7, 1, 7),
-         "e": (0, 7, 5, 6, 7), "-": (0, 0, 7, 0, 0), "+": (0, 2, 7, 2, 0), ".": (0, 0, 0, 0, 2), "/": (1, 1, 2, 4, 4),
-         "A": (2, 5, 7, 5, 5), "B": (6, 5, 6, 5, 6), "s": (3, 4, 2, 1, 6), "r": (0, 6, 5, 4, 4),
-         "\u00b0": (7, 5, 7, 0, 0)}
+_UNIT = 0.115               # of the size of text: that of `_FONT`
+_STROKE = 0.115             # likewise: how wide its lines are
+_FONT = {   # polylines through points, x and y, from the lower left corner; capitals are 6 high
+         "0": "10 30 41 45 36 16 05 01 10", "1": "05 26 20", "2": "05 16 36 45 44 00 40",
+         "3": "05 16 36 45 44 33 13,33 42 41 30 10 01", "4": "30 36 02 42", "5": "46 06 04 34 43 41 30 10 01",
+         "6": "45 36 16 05 01 10 30 41 42 33 13 02", "7": "06 46 10",
+         "8": "13 04 05 16 36 45 44 33 13 02 01 10 30 41 42 33", "9": "01 10 30 41 45 36 16 05 04 13 33 44",
+         "e": "02 42 43 34 14 03 01 10 30 41", "-": "03 33", "+": "03 43,21 25", ".": "00 00", "/": "00 36",
+         "s": "44 14 03 12 32 41 30 00", "r": "00 04,02 14 24", "\u00b0": "05 16 25 14 05"}
 
 
 class Canvas:
@@ -32,18 +34,13 @@ class Canvas:
         self.picture[...] = BACKGROUND
 
     def line(self, points: ArrayLike, color: Color, width: float) -> None:
-        """Draw a polyline, (n, 2), as dense dots."""
-        points = np.asarray(points, dtype=float)
-        steps = np.maximum(np.ceil(2 * np.linalg.norm(np.diff(points, axis=0), axis=1)).astype(int), 1)
-        start = np.repeat(points[:-1], steps, axis=0)
-        along = np.concatenate([np.arange(count) / count for count in steps] or [np.zeros(0)])
-        dense = start + along[:, None] * np.repeat(np.diff(points, axis=0), steps, axis=0)
-        self.discs(np.concatenate([dense, points[-1:]]), width / 2, color)
+        """Draw a polyline: (n, 2)."""
+        self.discs(_dots(points), width / 2, color)
 
     def strokes(self, ends: ArrayLike, color: Color, width: float) -> None:
         """Draw lines between pairs of points: (2 n, 2)."""
-        for pair in np.asarray(ends, dtype=float).reshape(-1, 2, 2):
-            self.line(pair, color, width)
+        pairs = np.asarray(ends, dtype=float).reshape(-1, 2, 2)
+        self.discs(np.concatenate([np.zeros((0, 2)), *map(_dots, pairs)]), width / 2, color)
 
     def fan(self, points: ArrayLike, color: Color) -> None:
         """Fill a convex outline, (n, 2), clockwise."""
@@ -70,20 +67,27 @@ class Canvas:
 
     def text(self, string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0) -> float:
         """Draw characters of `_FONT` on a base line: their width, of which the share `align` lies left of `at`."""
-        scale = max(round(size / _PIXEL), 1)
-        width = (4 * len(string) - 1) * scale
-        column, row = round(at[0] - align * width), round(at[1])
-        mask = np.zeros(self.picture.shape[:2])
-        for number, character in enumerate(string):
-            bits = np.array([[glyph >> 2 & 1, glyph >> 1 & 1, glyph & 1] for glyph in _FONT[character]][::-1])
-            y, x = np.nonzero(np.kron(bits, np.ones((scale, scale))))
-            x, y = x + column + 4 * scale * number, y + row
-            inside = (x >= 0) & (y >= 0) & (x < mask.shape[1]) & (y < mask.shape[0])
-            mask[y[inside], x[inside]] = 1
-        self._cover(mask, color)
+        dots, unit, width = [np.zeros((0, 2))], _UNIT * size, 0.0
+        for character in string:
+            strokes = [np.array([divmod(int(point), 10) for point in stroke.split()])
+                       for stroke in _FONT[character].split(",")]
+            dots += [_dots(unit * stroke + (width, 0)) for stroke in strokes]
+            width += unit * (max(stroke[:, 0].max() for stroke in strokes) + 2)
+        width -= 2 * unit if string else 0
+        self.discs(np.concatenate(dots) + np.asarray(at) - (align * width, 0), _STROKE * size / 2, color)
         return width
 
     def _cover(self, mask: FloatArray, color: Color) -> None:
         """Lay a colour over the picture: (size, size), 0 to 1."""
         share = color[3] * mask[..., None]
         self.picture[..., :3] += (share * (np.asarray(color[:3]) - self.picture[..., :3])).astype(np.float32)
+
+
+def _dots(points: ArrayLike) -> FloatArray:
+    """Points on a polyline, (n, 2), half a pixel apart or less: (m, 2)."""
+    points = np.asarray(points, dtype=float)
+    steps = np.maximum(np.ceil(2 * np.linalg.norm(np.diff(points, axis=0), axis=1)).astype(int), 1)
+    start = np.repeat(points[:-1], steps, axis=0)
+    along = np.concatenate([np.arange(count) / count for count in steps] or [np.zeros(0)])
+    dense = start + along[:, None] * np.repeat(np.diff(points, axis=0), steps, axis=0)
+    return np.concatenate([dense, points[-1:]])

@@ -5,22 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
-from ..colours import DEFAULT, conversion, luminance
-from ..methods import beyond
+from ..colours import DEFAULT, conversion
 from ..model import Reflectance, is_isotropic
 from ..model.published import Published
 from ..samples import Samples
 from . import studio
 from .drawing import INK, Canvas
-from .lobe import plane_curve
-from .plane_plot import LIGHT, PAIR, TEXT, Curve, Disc, Plane, channel_colors, draw, near_plane
+from .plane_plot import LIGHT, Disc, Plane, Plotted, curves, draw, near_plane
 
 SIZE = 256
 Light = tuple[tuple[float, float, float], float]       # direction to a light far away, and its irradiance / pi
 LIGHTS: tuple[Light, ...] = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))
 _BRIGHTEST = 0.59           # mean of a thumbnail within its outline
 _HEM = 0.93                 # half the side of a cloth, over that of its picture
-_ORIGIN, _RADIUS = (0.5, 0.27), 0.37       # of a polar plot, over its size
+_ORIGIN, _RADIUS = (0.5, 0.31), 0.385       # of a polar plot, over its size
 
 
 def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
@@ -56,6 +54,11 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
     canvas.picture[..., :3] = 0
     canvas.picture[inside, :3] = srgb(linear if lights else studio.developed(linear))
     canvas.picture[..., 3] = cover
+    # pixels of the edge whose middle is outside would else darken it
+    edge = np.argwhere((cover > 0) & ~inside)
+    middle = (size - 1) / 2
+    inward = np.round(edge - 1.5 * (edge - middle) / np.linalg.norm(edge - middle, axis=1, keepdims=True)).astype(int)
+    canvas.picture[edge[:, 0], edge[:, 1], :3] = canvas.picture[inward[:, 0], inward[:, 1], :3]
     if with_tangent and not is_isotropic(fit):
         for stroke in _strokes(size):
             canvas.line(stroke, LIGHT, 1.2)
@@ -197,27 +200,21 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
     return radiance
 
 
-def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: int = SIZE, phi_i: float = 0.0,
-               colours: str = DEFAULT, reaches: Sequence[beyond.Reach] = (),
-               second: tuple[Reflectance, str] | None = None) -> tuple[SingleArray, float]:
+def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float, size: int = SIZE,
+               phi_i: float = 0.0) -> tuple[SingleArray, float]:
     """Plot a fit in the plane of incidence for one angle of incidence, with the samples near that plane (`plane_plot`).
 
-    Beside a second fit both are drawn by their luminance: the first is orange and named A, the second blue and named B.
+    Of two fits the first is orange, the second blue.
 
     Parameters
     ----------
+    fits : sequence of one or two `Plotted`
     samples : Samples, or None
-    theta_i : float
-        Radians.
+        Of the first.
+    theta_i, phi_i : float
+        Of the light, radians; of isotropic materials the azimuth does not matter.
     size : int
         Pixels.
-    phi_i : float
-        Azimuth of the light, radians; of an isotropic material it does not matter.
-    colours : str
-        One of `colours.COLOURS`: that of the fit.
-    reaches : sequence of Reach
-        How far measurements go, as far as it is known: beyond, the fit is dashed.
-    second : (fit, colours), optional
 
     Returns
     -------
@@ -225,32 +222,16 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
     shown : float
         Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
     """
-    place, measured, shown = (None, None, float("nan")) if samples is None else near_plane(samples, theta_i, phi_i)
-    theta, values = plane_curve(fit, theta_i, phi_i)
-    is_guess = beyond.are_of_any(np.full(len(theta), theta_i), np.abs(theta), reaches)
-    colors, curves = channel_colors(values), []
-    if second is not None:
-        other, there = plane_curve(second[0], theta_i, phi_i)
-        curves = [Curve(other, _grey(there, second[1]), PAIR[1:], np.zeros(len(other), dtype=bool))]
-        values, colors = _grey(values, colours), PAIR[:1]
-        measured = None if measured is None else _grey(measured, colours)
-    at = None if place is None or measured is None else (place, measured)
-    curves = [Curve(theta, values, colors, is_guess, at), *curves]
-    canvas, scale = Canvas(size), size / SIZE
-    draw(canvas, picture_disc(size), Plane(theta_i, curves))
-    for number, (name, color) in enumerate(zip("AB" if second else "", PAIR, strict=False)):
-        canvas.text(name, ((8 + 16 * number) * scale, size - 20 * scale), TEXT * scale, color)
+    place, values, shown = (None, None, float("nan")) if samples is None else near_plane(samples, theta_i, phi_i)
+    near = None if place is None or values is None else (place, values)
+    canvas = Canvas(size)
+    draw(canvas, picture_disc(size), Plane(theta_i, curves(fits, theta_i, phi_i, samples=near)))
     return canvas.picture, shown
 
 
 def picture_disc(size: int) -> Disc:
     """Where the plane of incidence is in a picture of a size."""
     return Disc(np.array(_ORIGIN) * size, _RADIUS * size, size / SIZE)
-
-
-def _grey(values: FloatArray, space: str) -> FloatArray:
-    """The luminance, (n, 1) at least 0, of values in a colour space, (n, channels)."""
-    return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), space), 0)[:, None]
 
 
 def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT) -> SingleArray:

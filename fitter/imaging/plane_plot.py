@@ -12,9 +12,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import ArrayLike, BoolArray, FloatArray
+from ..colours import DEFAULT, luminance
+from ..methods import beyond
+from ..model import Reflectance
 from ..samples import Samples
 from .drawing import Color
-from .lobe import RADII, Radius
+from .lobe import RADII, Radius, at_angle, plane_curve
 
 INK, DIM, FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
 LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
@@ -61,6 +64,14 @@ class Curve(NamedTuple):
     samples: tuple[FloatArray, FloatArray] | None = None
 
 
+class Plotted(NamedTuple):
+    """A fit, the space of its colours, and how far its measurements go, as far as that is known."""
+
+    fit: Reflectance
+    colours: str = DEFAULT
+    reaches: Sequence[beyond.Reach] = ()
+
+
 class Plane(NamedTuple):
     """What is seen in a plane of incidence: the angle of the light, radians, the fits, and what radii are."""
 
@@ -89,9 +100,36 @@ class Disc:
         return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
 
 
-def channel_colors(values: FloatArray) -> Sequence[Color]:
-    """A colour for each channel: (k, channels)."""
-    return _RGB if values.shape[1] == len(_RGB) else _GREY
+def curves(fits: Sequence[Plotted], theta_i: float, phi_i: float = 0.0, theta: FloatArray | None = None,
+           samples: tuple[FloatArray, FloatArray] | None = None) -> list[Curve]:
+    """The curves of fits in the plane of incidence: of one its channels, of two their luminance.
+
+    Parameters
+    ----------
+    theta_i, phi_i : float
+        Radians; of isotropic fits the azimuth of the light does not matter.
+    theta : (n,) float64, optional
+        Outgoing angles, radians; otherwise those of `plane_curve`.
+    samples : (m,) and (m, channels) float64, optional
+        Near the plane, as `near_plane` returns them: of the first fit.
+    """
+    made = []
+    for number, (fit, colours, reaches) in enumerate(fits):
+        at, values = (plane_curve(fit, theta_i, phi_i) if theta is None else
+                      (theta, at_angle(fit, theta_i, phi_i, theta)))
+        near = samples if number == 0 else None
+        colors = _RGB if values.shape[1] == len(_RGB) else _GREY
+        if len(fits) > 1:
+            values, colors = _grey(values, colours), PAIR[number:number + 1]
+            near = None if near is None else (near[0], _grey(near[1], colours))
+        is_guess = beyond.are_of_any(np.full(len(at), theta_i), np.abs(at), reaches)
+        made.append(Curve(at, values, colors, is_guess, near))
+    return made
+
+
+def _grey(values: FloatArray, space: str) -> FloatArray:
+    """The luminance, (n, 1) at least 0, of values in a colour space, (n, channels)."""
+    return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), space), 0)[:, None]
 
 
 def draw(pen: Pen, disc: Disc, plane: Plane) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 
 from fitter.cycles.principled import albedo as albedo_of
 from fitter.imaging import pictures
+from fitter.imaging.plane_plot import Plotted
 from fitter.quality import physics
 from fitter.samples import RGB, Samples
 from support.anisotropic import brushed_fit, rotations
@@ -52,7 +53,7 @@ def test_the_turned_plane_shows_the_light_from_every_azimuth():
 def test_the_polar_plot_shows_the_samples_of_its_azimuth():
     directions = rotations(4)
     samples = Samples(*directions, FIT.evaluate(*directions), RGB, isotropic=False)
-    ways = [pictures.polar_plot(FIT, samples, np.radians(30), 96, phi_i=phi_i)[0] for phi_i in (0.0, np.pi / 2)]
+    ways = [pictures.polar_plot([Plotted(FIT)], samples, np.radians(30), 96, phi_i)[0] for phi_i in (0.0, np.pi / 2)]
     assert np.abs(ways[0] - ways[1]).max() > 0.3
 
 

@@ -78,3 +78,17 @@ def test_a_cloth_shows_its_folds_and_its_colour():
     row = picture[48, 10:86, 0]
     assert ((row[1:-1] > row[:-2]) & (row[1:-1] > row[2:])).sum() >= 2     # lit folds
     assert np.ptp(row) > 0.1
+
+
+@pytest.mark.parametrize("size", [16, 64, 256])
+def test_the_edge_of_a_sphere_has_its_colour_and_not_that_of_nothing(size):
+    """Even light on a white surface: all that is covered is as bright, also pixels that are covered by a tenth."""
+    class White:
+        isotropic = True
+
+        def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+            return 1 / np.maximum(np.cos(theta_i), 1e-3)[:, None] * np.ones(3) / 4
+
+    picture = lit_sphere(White(), size, lights=[((0.0, 0.0, 1.0), 1.0)])
+    covered = picture[picture[..., 3] > 0, :3]
+    assert covered.min() > 0.9 * covered.max() > 0

@@ -72,7 +72,8 @@ class GltfHook:
     def gather_material_hook(self, _made: Any, material: bpy.types.Material, settings: Any) -> None:
         """Called for each material that is written."""
         for line in lost_in(material):
-            settings["log"].warning(line, popup=True)
+            if not line.startswith(f"{material.name}: {export_surface.NOT_EVERYWHERE}"):
+                settings["log"].warning(line, popup=True)
 
 
 def _stop_waiting() -> None:

@@ -37,6 +37,9 @@ _NORMAL = "measured_brdf_normal"        # the node that the normal was taken fro
 _DISPLACED = "measured_brdf_displacement"       # the node that displacement was taken from,
 _KEY = "measured_brdf_key"              # what all was made of,
 _LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
+_LEVEL = "Specular IOR Level"
+NOT_EVERYWHERE = "In "                  # how a loss begins that not all formats have
+_HUE = 0.05                             # of a tint, largest less smallest over largest: less is grey
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
 _SMOOTH = 0.3                           # roughness below which reflections are seen as such
 
@@ -171,7 +174,7 @@ def is_reflective(material: bpy.types.Material) -> bool:
 def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:
     """The values of the inputs of a Principled BSDF by name; `shown` converts its colours, (3,) each."""
     return {"Base Color": (*shown(close.base_color), 1.0), "Metallic": close.metallic, "Roughness": close.roughness,
-            "Specular IOR Level": close.specular_level, "Specular Tint": (1.0, 1.0, 1.0, 1.0),
+            _LEVEL: close.specular_level, "Specular Tint": (1.0, 1.0, 1.0, 1.0),
             "Sheen Weight": close.sheen_weight,
             "Sheen Roughness": close.sheen_roughness, "Sheen Tint": (*shown(close.sheen_tint), 1.0),
             "Coat Weight": close.coat_weight, "Coat Roughness": close.coat_roughness}
@@ -247,9 +250,18 @@ def _is_as_written(export: bpy.types.Node, name: str, written: _Values) -> bool:
 
 
 def _multiply(values: _Values, factor: FloatArray, lost: list[str]) -> None:
-    """Multiply all that a surface reflects; `lost` gets what of it exceeds 1."""
+    """Multiply all that a surface reflects; `lost` gets what of it exceeds 1, or is not in all files.
+
+    How bright highlights are is in their level, which all formats have, and their hue in the tint, which glTF and
+    MaterialX have. The tint of a metal is that of its edge, which no level changes.
+    """
     grey = (factor @ export_inputs.grey_weights())[..., None]
-    values["Specular Tint"] = np.ones(3)
+    brightest = factor.max(axis=-1, keepdims=True) ** (1 - values["Metallic"])
+    values["Specular Tint"] = np.divide(1.0, brightest, out=np.ones_like(brightest), where=brightest > 0) * np.ones(3)
+    if _LEVEL in values:
+        values[_LEVEL] = values[_LEVEL] * brightest
+    if (np.ptp(factor / np.maximum(brightest, 1e-9), axis=-1, keepdims=True) * (1 - values["Metallic"])).max() > _HUE:
+        lost.append(f"{NOT_EVERYWHERE}USD, OBJ and FBX highlights are white: these formats have no tint of them")
     for name, by in (("Base Color", factor), ("Specular Tint", factor), ("Sheen Tint", factor), ("Coat Weight", grey),
                      (_ALBEDO, factor)):
         if name in values:
@@ -276,9 +288,12 @@ def _lost(node: bpy.types.Node) -> list[str]:
     if len(set(placements)) > 1:
         lost.append("Images that lie otherwise than the first are exported as their mean")
     normal = node.inputs.get("Normal")
-    if normal is not None and normal.is_linked and normal_map(normal) is None:
+    source = None if normal is None else normal_map(normal)
+    if normal is not None and normal.is_linked and source is None:
         lost.append("Normal: a Normal Map node in tangent space is exported, and not "
                     f"{not_none(normal.links)[0].from_node.name}")
+    elif source is not None and source.node.inputs["Strength"].default_value != 1:
+        lost.append(f"{NOT_EVERYWHERE}USD the normal map has a Strength of 1")
     if "Tangent" in node.inputs:
         lost.append("The highlight is exported round: Tangent and Rotation have no effect")
     if node_group.SCALE in node.inputs:

@@ -37,7 +37,7 @@ def two(cubes):
 
 @pytest.fixture
 def comparison(extension):
-    from measured_brdf.addon.compare import settings as comparison
+    from measured_brdf.addon.core.shading import comparison
 
     return comparison
 

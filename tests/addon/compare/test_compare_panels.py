@@ -17,7 +17,7 @@ ORDER = ["Standard", "Reference", "Original 2002 Method"]
 @pytest.fixture
 def ui(extension):
     from measured_brdf.addon.compare import curves, looks, panel, presets
-    from measured_brdf.addon.compare import settings as comparison
+    from measured_brdf.addon.core.shading import comparison
     from measured_brdf.addon.work import queue
 
     yield SimpleNamespace(presets=presets, curves=curves, panel=panel, queue=queue, looks=looks, comparison=comparison)
@@ -166,7 +166,7 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
     ui.comparison.get(bpy.context.scene).pinned = other
     shown = drawn(ui, ui.curves.MEASUREDBRDF_PT_pictures, material)
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
-    assert texts[:2] == ["A: glossy", "B: dull"]
+    assert texts[:3] == ["Compare With", "A: glossy", "B: dull"]
     assert values_of(texts, "Coefficients") == counts
     for each, albedo in ((material, values_of(texts, "Albedo %")[0]), (other, values_of(texts, "Albedo %")[1])):
         made = tasks.kept_fit(queries.embedded_fit(each))

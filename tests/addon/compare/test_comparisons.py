@@ -5,6 +5,7 @@ import pytest
 
 import fitter
 from fitter.imaging import pictures
+from fitter.imaging.plane_plot import Plotted
 
 
 @pytest.fixture(scope="module")
@@ -47,10 +48,10 @@ def test_a_split_sphere_has_both_fits_each_on_its_side(extension, kept, fits, mo
 def test_the_polar_plot_is_that_of_the_fits(comparisons, kept, fits):
     from measured_brdf.addon.work import tasks
 
-    two, _ = tasks.polar_plot(kept[0], None, 0.6, second=kept[1])
-    expected, _ = pictures.polar_plot(fits[0], None, 0.6, second=(fits[1], "Rec.709"))
+    two, _ = tasks.polar_plot([(each, ()) for each in kept], None, 0.6)
+    expected, _ = pictures.polar_plot([Plotted(fit) for fit in fits], None, 0.6)
     np.testing.assert_allclose(two, expected, atol=0.02)
-    assert np.abs(two - pictures.polar_plot(fits[0], None, 0.6)[0]).max() > 0.3
+    assert np.abs(two - pictures.polar_plot([Plotted(fits[0])], None, 0.6)[0]).max() > 0.3
 
 
 def test_figures_are_counted_and_integrated(comparisons, kept, fits, random):

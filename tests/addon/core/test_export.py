@@ -314,13 +314,19 @@ def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_pat
     written, _ = gltf_written(blender, tmp_path / "a.gltf")
     assert written["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx([*expected, 1], abs=EXACT)
     extensions = written["extensions"]
-    assert extensions["KHR_materials_specular"]["specularColorFactor"] == pytest.approx(TINT * STRENGTH, abs=EXACT)
+    specular = extensions["KHR_materials_specular"]
+    reflected = specular["specularFactor"] * np.array(specular["specularColorFactor"])
+    assert reflected == pytest.approx(2 * CLOTH.specular_level * TINT * STRENGTH, abs=EXACT)
     assert extensions["KHR_materials_sheen"]["sheenColorFactor"] == pytest.approx(CLOTH.sheen_tint * TINT * STRENGTH,
                                                                                   abs=EXACT)
     blender.ops.wm.obj_export(filepath=str(tmp_path / "a.obj"))
     assert "Kd " + " ".join(f"{value:.6f}" for value in expected) in (tmp_path / "a.mtl").read_text()
     blender.ops.wm.usd_export(filepath=str(tmp_path / "a.usda"), generate_materialx_network=True)
     text = (tmp_path / "a.usda").read_text()
+    # formats without a colour of highlights have how bright they are
+    assert float(re.search(r"float inputs:specular = (.*)", text)[1]) == pytest.approx(
+        CLOTH.specular_level * STRENGTH * TINT.max(), abs=EXACT)
+    assert f"Ks {CLOTH.specular_level * STRENGTH * TINT.max():.6f}" in (tmp_path / "a.mtl").read_text()
     for name in ("diffuseColor", "base_color"):
         color = re.search(rf"color3f inputs:{name} = \((.*)\)", text)
         assert [float(part) for part in color[1].split(",")] == pytest.approx(expected, abs=EXACT)
@@ -353,6 +359,45 @@ def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, 
     assert [line for line in lines if "Kd" in line] == ["map_Kd measured_base_color.png"], "nothing multiplies it"
     mean = (linear_of_srgb(np.round(CHECKER * 255) / 255)).mean(axis=(0, 1)) * ALBEDO * STRENGTH
     assert material.diffuse_color[:3] == pytest.approx(mean, abs=EIGHT_BITS)
+
+
+def test_a_tinted_metal_keeps_its_edge(blender, material):
+    from measured_brdf.addon.core.shading import export_surface
+
+    update(material, CAR)
+    node, export = group(material), material.node_tree.nodes[export_surface.NAME]
+    node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
+    follow(material)
+    assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx(TINT * STRENGTH, abs=EXACT)
+    assert export.inputs["Specular IOR Level"].default_value == pytest.approx(CAR.specular_level)
+    node.inputs["Strength"].default_value = 0
+    follow(material)
+    assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx((0, 0, 0), abs=EXACT)
+
+
+def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, material, tmp_path, capfd):
+    import measured_brdf
+    from measured_brdf.addon.core.shading import export_surface
+
+    update(material, CLOTH)
+    tree, node = material.node_tree, group(material)
+    node.inputs["Tint"].default_value = (0.5, 0.5, 0.5, 1)
+    follow(material)
+    assert export_surface.losses(material) == [], "grey highlights are in all files"
+    node.inputs["Tint"].default_value = (*TINT, 1)
+    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
+    normal.inputs["Strength"].default_value = 0.75
+    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
+    tree.links.new(normal.outputs["Normal"], node.inputs["Normal"])
+    follow(material)
+    told = export_surface.losses(material)
+    assert [line.split(":")[0] for line in told] == ["In USD the normal map has a Strength of 1",
+                                                     "In USD, OBJ and FBX highlights are white"]
+    added = blender.context.preferences.addons.new()
+    added.module = measured_brdf.__name__
+    gltf_written(blender, tmp_path / "a.gltf")
+    blender.context.preferences.addons.remove(added)
+    assert "WARNING: measured" not in capfd.readouterr().out
 
 
 def test_an_image_that_is_taken_away_leaves_nothing(blender, material):

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
+import fitter
 from fitter.imaging import plane_plot
 from fitter.methods import prior
 from support.anisotropic import brushed_fit
@@ -57,8 +58,8 @@ def test_what_is_shown_is_the_fit_at_the_direction_of_the_light(inspected):
     expected = FIT.evaluate(math.radians(40), 0.3, math.acos(z), math.atan2(y, x))
     np.testing.assert_allclose(inspected.lobe.values[777], expected, rtol=1e-6)
     assert inspected.longest == pytest.approx(np.cbrt(inspected.lobe.values.mean(axis=1).max()))
-    np.testing.assert_allclose(inspected.read(-0.7), FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3))
-    np.testing.assert_allclose(inspected.read(0.7), FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3 + math.pi))
+    for theta, phi in ((-0.7, 0.3), (0.7, 0.3 + math.pi)):
+        np.testing.assert_allclose(values(inspected, theta), FIT.evaluate(math.radians(40), 0.3, 0.7, phi))
 
 
 def test_the_ridge_lies_on_the_lobe(inspected):
@@ -129,9 +130,13 @@ def test_another_fit_has_another_curve_and_other_values(inspected, parts):
     assert not inspected.show(other)
     np.testing.assert_allclose(inspected.curve[1], 0.2)
     assert inspected.plane.largest == pytest.approx(0.2)
-    np.testing.assert_allclose(inspected.read(0.1), [0.2])
+    np.testing.assert_allclose(values(inspected, 0.1), [0.2])
     inspected.show(None)
     assert (inspected.lobe, inspected.curve) == (None, None)
+
+
+def values(inspected, theta):
+    return [value for _, value in inspected.read(theta)]
 
 
 # -- in Blender, without a window ------------------------------------------------------------------------------------
@@ -218,7 +223,7 @@ def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material
     assert running.lobe is None
     answer()
     assert stage.send("TIMER") == {"PASS_THROUGH"}
-    np.testing.assert_allclose(running.read(0.4), FIT.evaluate(running.theta_i, running.phi_i, 0.4, math.pi),
+    np.testing.assert_allclose(values(running, 0.4), FIT.evaluate(running.theta_i, running.phi_i, 0.4, math.pi),
                                rtol=1e-5)
 
 
@@ -233,8 +238,9 @@ def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monke
     answer()
     stage.send("TIMER")
     said = []
-    monkeypatch.setattr(overlay.drawing, "text", lambda text, *_: said.append(text) or 0)
-    overlay._draw_titles(inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0))
+    monkeypatch.setattr(overlay.drawing, "text", lambda text, *_, **room: said.append(text) or 0)
+    overlay._draw_titles(inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0),
+                         inspection_of(parts).plane)
     assert f"dots: {source} at 40.1\u00b0" in said[-1]
 
 
@@ -256,47 +262,72 @@ def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
     drawn = []
     for how in ("line", "strokes"):
         monkeypatch.setattr(overlay.drawing, how, lambda points, *_, how=how: drawn.append((how, points)))
-    monkeypatch.setattr(overlay.drawing, "text", lambda text, *_: drawn.append(("text", text)) or 0)
+    monkeypatch.setattr(overlay.drawing, "text", lambda text, *_, **room: drawn.append(("text", text)) or 0)
     plane = running.plane
     plane_plot._draw_curve(overlay.drawing, disc.disc, plane.curves[0], plane)
     for how, points in drawn:
         polar = np.degrees([disc.angle(each) for each in points])
         assert (np.abs(polar) > 58).all() if how == "strokes" else (np.abs(polar) < 62).all()
     assert {how for how, _ in drawn} == {"line", "strokes"}
-    overlay._draw_titles(running, disc)
+    overlay._draw_titles(running, disc, plane)
     assert drawn[-1][1].endswith("dashed: a guess")
 
 
-def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeypatch):
-    """One drawing of one plane: the fit, its samples and what is a guess, into a picture and over the viewport."""
+@pytest.mark.parametrize("is_pinned", [False, True])
+def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeypatch, random, is_pinned):
+    """One drawing of one plane: the fit, its samples and what is a guess, into a picture and over the viewport; and the
+    material that Compare has pinned."""
+    from measured_brdf.addon.core.shading import comparison
     from measured_brdf.addon.inspect import overlay
     from measured_brdf.addon.work import queries, tasks
     from measured_brdf.fitter.imaging import pictures
 
+    theta, phi = random.uniform(0, 1.5, (2, 300)), random.uniform(0, 6, (2, 300))
+    paper = fitter.Samples(theta[0], phi[0], theta[1], phi[1], np.tile([0.2, 0.1, 0.05], (300, 1)),
+                           ("R", "G", "B"))
+    dull = fitter.fit(paper, 2, None, method="mba")
+    other = material_for(dull)
+    other.name, other.measured_brdf.least, other.measured_brdf.farthest = "Paper", 50, 50
+    comparison.get(bpy.context.scene).pinned = other if is_pinned else None
     settings = stage.item.active_material.measured_brdf
     settings.least, settings.farthest = 60, 75
-    dots = np.radians([10.0, 20.0]), np.full((2, 3), 0.1), math.radians(40)
+    dots = np.radians([10.0, 20.0]), np.full((2, 1), 0.1), math.radians(40)
     monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: SimpleNamespace(finished=1.0, result=dots))
     monkeypatch.setattr(pictures, "near_plane", lambda *_: dots)
     monkeypatch.setattr(tasks, "samples_of", lambda _data: "samples")
     stage.begin()
     answer()
     stage.send("TIMER")
-    running, drawn = inspection_of(parts), []
+    running, drawn, said = inspection_of(parts), [], []
     monkeypatch.setattr(overlay.plane_plot, "draw", lambda _pen, _disc, plane: drawn.append(plane))
     monkeypatch.setattr(pictures, "draw", lambda _pen, _disc, plane: drawn.append(plane))
-    for name in ("fan", "line", "discs", "text"):
+    for name in ("fan", "line", "discs"):
         monkeypatch.setattr(overlay.drawing, name, lambda *_: 0.0)
+    monkeypatch.setattr(overlay.drawing, "text",
+                        lambda text, _at, _size, color, *_, **room: said.append((text, color)) or 0.0)
     monkeypatch.setattr(overlay, "gpu", SimpleNamespace(state=SimpleNamespace(blend_set=lambda _mode: None)))
     overlay.draw_plot(running, parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), "")
-    material = stage.item.active_material
-    tasks.polar_plot(queries.shown_fits(material), object(), running.theta_i, running.phi_i, queries.reaches(material))
+    fits = [(queries.shown_fits(each), queries.reaches(each)) for each in (stage.item.active_material, other)]
+    tasks.polar_plot(fits if is_pinned else fits[:1], object(), running.theta_i, running.phi_i)
     (viewport, picture) = drawn
     assert viewport[0::2] == picture[0::2]
-    for one, other in zip((*viewport.curves[0][:2], *viewport.curves[0][3:4], *viewport.curves[0].samples),
-                          (*picture.curves[0][:2], *picture.curves[0][3:4], *picture.curves[0].samples), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-6)
-    assert viewport.curves[0].is_guess.any()
+    assert len(viewport.curves) == len(picture.curves) == 1 + is_pinned
+    for one, other in zip(viewport.curves, picture.curves, strict=True):
+        for ours, theirs in zip((*one[:2], one.is_guess, *(one.samples or ())),
+                                (*other[:2], other.is_guess, *(other.samples or ())), strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-6)
+        assert one.colors == other.colors
+        assert one.is_guess.any()
+    if is_pinned:
+        theta = viewport.curves[1].theta
+        phi_o = running.phi_i + np.where(theta < 0, 0, math.pi)
+        expected = dull.evaluate(np.full(len(theta), running.theta_i), np.full(len(theta), running.phi_i),
+                                 np.abs(theta), phi_o) @ (0.2126, 0.7152, 0.0722)
+        np.testing.assert_allclose(viewport.curves[1].values[:, 0], expected, rtol=1e-3)
+        assert [each.colors[0] for each in viewport.curves] == list(plane_plot.PAIR)
+        assert ("B: Paper", plane_plot.PAIR[1]) in said
+        mirror = plane_plot.shown_value(np.interp(running.theta_i, theta, expected))
+        assert (f"B {mirror}", plane_plot.PAIR[1]) in said
 
 
 def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage, parts):

@@ -579,7 +579,9 @@ def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settin
     queries = extension.addon.work.queries
     for name in ("material_sphere", "lit_sphere", "polar_plot"):
         monkeypatch.setattr(queries, name, lambda *arguments, name=name: (asked.append((name, *(
-            type(each).__name__ for each in arguments if hasattr(each, "digest")))), (7, done))[1])
+            type(each).__name__ for argument in arguments
+            for each in (argument, *(argument[0] if type(argument) is tuple and type(argument[0]) is tuple else ()))
+            if hasattr(each, "digest")))), (7, done))[1])
     look = extension.addon.compare.curves.MEASUREDBRDF_PT_pictures
     drawn(ui, look, material)
     assert set(asked) == {("material_sphere",), ("polar_plot", "EmbeddedFit"), ("polar_plot", "EmbeddedFit", "Data")}

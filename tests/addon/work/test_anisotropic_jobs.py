@@ -44,8 +44,8 @@ def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path
 def test_the_polar_plot_turns_with_the_light(tasks, data):
     from measured_brdf.addon.core.storage.outcomes import FitRequest
 
-    there, shown = tasks.polar_plot(FitRequest(data, CHEAP), data, np.radians(30), 0.0)
-    turned, shown_turned = tasks.polar_plot(FitRequest(data, CHEAP), data, np.radians(30), np.radians(60))
+    there, shown = tasks.polar_plot([(FitRequest(data, CHEAP), ())], data, np.radians(30), 0.0)
+    turned, shown_turned = tasks.polar_plot([(FitRequest(data, CHEAP), ())], data, np.radians(30), np.radians(60))
     assert shown == shown_turned == pytest.approx(np.radians(30))
     assert (there != turned).any()
 
@@ -67,9 +67,9 @@ def test_panels_ask_for_each_azimuth_and_incidence_once(data, monkeypatch):
     keys = []
     monkeypatch.setattr(icons, "icon", lambda key, function, lane="fit": keys.append((key, function.args)))
     wanted = FitRequest(data, CHEAP)
-    queries.polar_plot("mine", wanted, data, 0.5, 1.23456)
-    queries.polar_plot("mine", wanted, data, 0.5, 1.2346)
-    queries.polar_plot("mine", wanted, data, 0.5)
+    queries.polar_plot("mine", ((wanted, ()),), data, 0.5, 1.23456)
+    queries.polar_plot("mine", ((wanted, ()),), data, 0.5, 1.2346)
+    queries.polar_plot("mine", ((wanted, ()),), data, 0.5)
     queries.turned_plane("mine", wanted, 0.50001)
     assert keys[0] == keys[1] != keys[2]
     assert keys[0][0][-2:] == (0.5, 1.235)

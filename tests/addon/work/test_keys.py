@@ -125,9 +125,11 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
     one, other = (keep(outcomes, fit) for fit in (b"one", b"other"))
     data = [outcomes.Data(outcomes.Measurement(*[""] * 6, digest), None) for digest in "01"]
     ask = work.queries
+    seconds = (), ((one, ()),), ((other, ()),), ((one, (Reach(1.2, 1.0),)),)
+    fits = [((first, reaches), *second) for first in (one, other) for reaches in ((), (Reach(1.2, 1.0),))
+            for second in seconds]
     for function, arguments in ((ask.lit_sphere, ((1, 2), (one, other), (None, {"a": 1}, {"a": 2}))),
-                                (ask.polar_plot, ((1, 2), (one, other), (None, *data), (0.1, 0.2), (0.1, 0.2),
-                                                  ((), (Reach(1.2, 1.0),)), (None, one, other))),
+                                (ask.polar_plot, ((1, 2), fits, (None, *data), (0.1, 0.2), (0.1, 0.2))),
                                 (ask.turned_plane, ((1, 2), (one, other), (0.1, 0.2)))):
         asked.clear()
         function(*(choices[0] for choices in arguments))

@@ -77,7 +77,7 @@ def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     before = results(process)
     data, = wait(begun(process, "read", partial(tasks.read, file, "")))
     shown, _, _ = wait(begun(process, "fit", partial(tasks.fitted_of, data, STANDARD)),
-                       begun(process, "slow", partial(tasks.polar_plot, FitRequest(data, STANDARD), data, 0.7, 0.0)),
+                       begun(process, "slow", partial(tasks.polar_plot, [(FitRequest(data, STANDARD), ())], data, 0.7)),
                        begun(process, "draw", partial(tasks.lit_sphere, FitRequest(data, STANDARD), None)))
     assert shown.seconds == outcome.fitted.seconds
     assert shown.errors == outcome.fitted.errors

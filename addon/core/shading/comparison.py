@@ -1,4 +1,4 @@
-"""What measured materials are compared with, and how their comparison is shown: properties of the scene.
+"""What measured materials are compared with, and how that is shown: properties of the scene, which slices share.
 
 The pinned material belongs to the scene, so that it stays when another material is chosen, and an asset that is saved
 does not take it along. Blender clears the pointer when the material is deleted.
@@ -9,8 +9,8 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty, PointerProperty
 
-from ..core.shading import material as materials
-from ..core.shading.look import BALL, LIGHTINGS, SHAPES, STUDIO
+from . import material as materials
+from .look import BALL, LIGHTINGS, SHAPES, STUDIO
 
 
 def _is_shown(_settings: Any, material: bpy.types.Material) -> bool:
