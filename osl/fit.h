@@ -68,6 +68,17 @@ VALUE eval_factor(float points[], vector w)
 }
 #endif
 
+/* max(1, x), twice differentiable: the 16-norm of both. */
+float smooth_max_one(float x)
+{
+  float larger = max(x, 1.0);
+  float ratio = min(x, 1.0) / larger;
+  ratio *= ratio;
+  ratio *= ratio;
+  ratio *= ratio;
+  return larger * pow(1.0 + ratio * ratio, 0.0625);
+}
+
 /* The fit as measured, 1/sr, and 0 where it undershoots; directions as in coordinates(). */
 VALUE eval_measured(FIT_PARAMETERS, vector wi, vector wo)
 {
@@ -83,7 +94,7 @@ VALUE eval_measured(FIT_PARAMETERS, vector wi, vector wo)
 #endif
 #if LOG_RELATIVE
   f = (eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET;
-  f /= max(largest(color(f / VALUE(PRIOR_CEILING))), 1.0);
+  f /= smooth_max_one(largest(color(f / VALUE(PRIOR_CEILING))));
 #  if GREYED
   f += GREY * (f - (f[0] + f[1] + f[2]) / 3.0);
 #  endif

@@ -31,8 +31,8 @@ class LogRelative:
     offset : float
         1/sr; differences between reflectances far below it hardly change the field.
     ceiling : (channels,) float64
-        Upper bounds of the reflectance, 1/sr. Where one channel exceeds its bound all are lowered alike, so that the
-        colour stays.
+        Upper bounds of the reflectance, 1/sr, which it approaches smoothly: divided by the 16-norm of 1 and its ratio to
+        the bound. Where one channel is near its bound all are lowered alike, so that the colour stays.
     floor : float
         Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
     damping : (DAMPING_KNOTS, channels) or (0, 1) float64
@@ -78,7 +78,7 @@ class LogRelative:
         """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
         value = reference * np.exp(np.minimum(field, STEEPEST)) - self.offset
-        value = value / np.maximum((value / self.ceiling).max(axis=1, keepdims=True), 1)
+        value = value / _smooth_max_one((value / self.ceiling).max(axis=1, keepdims=True))
         value = np.maximum(coloured(value, self.grey), self.floor)
         if len(self.damping):
             value = value * factor_of_angle(self.damping, theta_i) * factor_of_angle(self.damping, theta_o)
@@ -89,6 +89,12 @@ class LogRelative:
         """The inverse of `reflectance`, without the bounds: (n, channels), 1/sr, to (n, channels)."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o)
         return bounded_log(greyed(values, self.grey), self.offset) - bounded_log(reference, self.offset)
+
+
+def _smooth_max_one(x: FloatArray) -> FloatArray:
+    """max(1, x), twice differentiable: the 16-norm of both."""
+    larger = np.maximum(x, 1)
+    return np.asarray(larger * (1 + (np.minimum(x, 1) / larger) ** 16) ** 0.0625)
 
 
 def greyed(values: FloatArray, grey: float) -> FloatArray:

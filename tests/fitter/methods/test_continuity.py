@@ -92,7 +92,7 @@ def values(fit, pairs):
 
 
 def clipped(fit, pairs):
-    """Where the floor, the ceiling or the steepest field holds: (..., channels) bool."""
+    """Where the floor or the steepest field holds: (..., channels) bool."""
     f, columns = values(fit, pairs), list(fit.columns)
     if fit.transform is None:
         return np.zeros(f.shape, dtype=bool)
@@ -100,7 +100,7 @@ def clipped(fit, pairs):
     transform = fit.transform
     prior = transform.prior.evaluate(theta[:, 0], phi[:, 0], theta[:, 1], phi[:, 1])[:, columns].reshape(f.shape)
     steepest = f + transform.offset >= 0.9 * np.exp(STEEPEST) * (prior + transform.offset)
-    return (f <= transform.floor) | (f >= transform.ceiling[columns]) | steepest
+    return (f <= transform.floor) | steepest
 
 
 def remainders(fit, pairs):

@@ -33,7 +33,7 @@ def test_a_reflectance_is_the_field_of_the_formula_within_its_bounds(directions,
     raw = (GREY.kd + 0.05) * np.exp(field) - 0.05
     expected = []
     for one, other in raw:
-        scale = min(1, 0.7 / one if one > 0 else 1, 0.9 / other if other > 0 else 1)
+        scale = (1 + max(one / 0.7, other / 0.9) ** 16) ** (-1 / 16)
         expected.append([max(scale * one, 0), max(scale * other, 0)])
     np.testing.assert_allclose(transform.reflectance(field, *directions), expected, rtol=1e-12)
     assert np.isfinite(transform.reflectance(np.full((300, 2), 1e4), *directions)).all()
@@ -44,6 +44,20 @@ def test_where_one_channel_meets_its_ceiling_the_colour_stays(directions):
     found = LogRelative(GREY, 0.05, np.array([0.7, 0.9]), 0.0).reflectance(field, *directions)
     np.testing.assert_allclose(found[:, 0], 2 * found[:, 1], rtol=1e-9)
     assert found.max() == pytest.approx(0.7)
+
+
+def test_the_ceiling_is_approached_smoothly(directions):
+    """Without a kink: at the bound itself second differences over their step squared have a limit."""
+    transform = LogRelative(GREY, 0.05, np.array([0.7, 0.7]), 0.0)
+    one = [each[:1] for each in directions]
+
+    def curvature(step):
+        values = 0.7 + step * np.array([-1.0, 0.0, 1.0])
+        field = np.log(values + 0.05)[:, None] - np.log(GREY.kd + 0.05)
+        below, at, above = (transform.reflectance(each[None], *one)[0, 0] for each in field)
+        return (below - 2 * at + above) / step ** 2
+
+    assert curvature(1e-4) == pytest.approx(curvature(1e-3), rel=0.01)
 
 
 def test_with_grey_negative_components_of_a_colour_have_a_logarithm(directions, random):
