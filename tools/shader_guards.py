@@ -47,7 +47,7 @@ SHADER_GUARDS = [
     *_of("osl/lattice.h", _FIT,
          ("if (stored & (1 << k))", "if (1)", "control points that are not stored")),
     *_of("osl/fit.h", _FIT,
-         ("  f /= max(largest(color(f / VALUE(PRIOR_CEILING))), 1.0);\n", "", "the ceiling between the samples"),
+         ("  f /= smooth_max_one(largest(color(f / VALUE(PRIOR_CEILING))));\n", "", "the ceiling between the samples"),
          ("max(f, VALUE(0.0))", "f", "values below 0")),
     *_of("osl/edit.h", _EDITED,
          ("max(w[2] * cosine - before * sine, HORIZON)", "w[2] * cosine - before * sine",

@@ -8,6 +8,6 @@ from . import flakes, operators, panel, settings
 _TOPICS = (*manual.over_operators("manual/adjusting#adjust-and-mix", "adjust"),
            *manual.over_operators("manual/adjusting#texture-and-flakes", "add_flakes"),
            *manual.over_settings("manual/adjusting#adjust-and-mix", "measuredadjustments", "*"))
-_slice = Registration(settings, operators, flakes, panel, additions=((manual.of_slices, _TOPICS),
-                                                                    (main.of_a_part, panel.draw_of_a_part)))
+_slice = Registration(settings, operators, flakes, panel, additions=((manual.slice_topics, _TOPICS),
+                                                                    (main.mix_part_rows, panel.draw_mix_part)))
 register, unregister = _slice.register, _slice.unregister

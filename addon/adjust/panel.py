@@ -50,7 +50,7 @@ def _draw_sliders(column: bpy.types.UILayout, settings: bpy.types.PropertyGroup,
             column.prop(settings, name, slider=True)
 
 
-def draw_of_a_part(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+def draw_mix_part(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     """Draw the adjustments of a material that a mix is made of, where they are asked for."""
     if not materials.is_measured(material):
         return

@@ -113,12 +113,12 @@ _SLIDERS = edits.Sliders(_rounded, lambda material, edit: move(material, values_
 def register() -> None:
     bpy.utils.register_class(MeasuredAdjustments)
     bpy.types.Material.measured_brdf_adjustments = PointerProperty(type=MeasuredAdjustments, name="Adjustments")
-    edits.wanted_by.append(edit_arguments)
+    edits.edit_sources.append(edit_arguments)
     edits.sliders.append(_SLIDERS)
 
 
 def unregister() -> None:
     edits.sliders.remove(_SLIDERS)
-    edits.wanted_by.remove(edit_arguments)
+    edits.edit_sources.remove(edit_arguments)
     del bpy.types.Material.measured_brdf_adjustments
     bpy.utils.unregister_class(MeasuredAdjustments)

@@ -17,5 +17,5 @@ def _draw_bake(layout: bpy.types.UILayout) -> None:
 
 
 _slice = Registration(operators, additions=(
-    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES), (rendering.exporting, _draw_bake)))
+    (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES), (rendering.export_buttons, _draw_bake)))
 register, unregister = _slice.register, _slice.unregister

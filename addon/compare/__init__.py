@@ -13,6 +13,6 @@ _TOPICS = (*manual.over_operators("manual#compare", "pin", "render_look"),
            *manual.over_settings("manual#compare", "measuredcomparison", "*"),
            ("bpy.types.scene.measured_brdf_comparison*", "manual#compare"))
 _slice = Registration(operators, looks, curves, presets, panel, additions=(
-    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
+    (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
     (command.commands, command.answering("look", look.answer))))
 register, unregister = _slice.register, _slice.unregister

@@ -28,7 +28,7 @@ class Finding(NamedTuple):
     fix: Callable[[], object] | None = None
 
 
-others: list[Callable[[Sequence[bpy.types.Material]], Iterator[Finding]]] = []
+slice_checks: list[Callable[[Sequence[bpy.types.Material]], Iterator[Finding]]] = []
 """What slices find of materials."""
 
 
@@ -43,8 +43,9 @@ def check(scene: bpy.types.Scene, material: bpy.types.Material | None = None) ->
     """
     looked_at, used = ([*bpy.data.materials], rendered.used()) if material is None else ([material], [material])
     of_cycles = [] if rendered.in_eevee(scene) else [*_light_paths(scene), *_lamps(scene)]
-    return [*_outputs(scene, used), *_osl(scene, used), *of_cycles,
-            *(finding for other in others for finding in other(looked_at)), *_materials(looked_at), *_tangents(scene)]
+    of_slices = (finding for check in slice_checks for finding in check(looked_at))
+    return [*_outputs(scene, used), *_osl(scene, used), *of_cycles, *of_slices, *_materials(looked_at),
+            *_tangents(scene)]
 
 
 def _outputs(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator[Finding]:

@@ -50,13 +50,13 @@ _TOPICS: Topics = (
     *over_settings("manual#preferences", "measuredpreferences", "*"),
 )
 _ANYTHING_ELSE: Topics = ((f"{_OPERATORS}*", "manual"), ("bpy.types.material.measured_brdf*", "manual"))
-of_slices: list[Topics] = []
+slice_topics: list[Topics] = []
 """The topics of what slices add."""
 
 
 def all_topics() -> Topics:
     """Every topic, in the order in which they are tried."""
-    return (*_TOPICS, *(topic for added in of_slices for topic in added), *_ANYTHING_ELSE)
+    return (*_TOPICS, *(topic for added in slice_topics for topic in added), *_ANYTHING_ELSE)
 
 
 def topics() -> list[str]:

@@ -32,8 +32,8 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 _slice = Registration(
     import_data, name_columns, samples, fit, relink, forget, measurements, details,
     additions=(
-        (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
+        (manual.slice_topics, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
         ("TOPBAR_MT_file_external_data", _IN_DATA_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
-        (nodes.MEASUREDBRDF_MT_add_node, _IN_ADD_MENU), (main.beginnings, _draw_import),
-        (main.unfitted, measurements.draw_source), (checks.others, colours.check)))
+        (nodes.MEASUREDBRDF_MT_add_node, _IN_ADD_MENU), (main.start_buttons, _draw_import),
+        (main.unfitted_rows, measurements.draw_source), (checks.slice_checks, colours.check)))
 register, unregister = _slice.register, _slice.unregister

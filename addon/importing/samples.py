@@ -50,7 +50,7 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
             self.report({"INFO"}, "This file holds only one sample")
             return {"CANCELLED"}
         _items[:] = [(name, f"{name}  ({number})", f"CURET sample {number}",
-                      next((icon(path, name) for icon in icons.of_samples), 0), place)
+                      next((icon(path, name) for icon in icons.sample_icons), 0), place)
                      for place, (number, name) in enumerate(samples)]
         context.window_manager.invoke_search_popup(self)
         return {"RUNNING_MODAL"}

@@ -8,5 +8,5 @@ from . import operators, panel, session
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"))
 _TOPICS = manual.over_operators("manual#look-at-the-lobe", "inspect")
 _slice = Registration(operators, session, additions=(
-    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (main.measured, panel.draw_button)))
+    (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (main.material_buttons, panel.draw_button)))
 register, unregister = _slice.register, _slice.unregister

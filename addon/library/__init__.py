@@ -23,6 +23,6 @@ def _draw_save(layout: bpy.types.UILayout, _material: bpy.types.Material) -> Non
 
 
 _slice = Registration(operators, folders, additions=(
-    (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
-    (main.measured, _draw_save), (commands.commands, command.add)))
+    (manual.slice_topics, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
+    (main.material_buttons, _draw_save), (commands.commands, command.add)))
 register, unregister = _slice.register, _slice.unregister

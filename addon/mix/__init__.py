@@ -8,6 +8,6 @@ from . import mix_group, mixed, operators, panel
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_mix, "Mix Measured BRDFs..."))
 _TOPICS = manual.over_operators("manual/adjusting#mix-measured-materials", "mix")
 _slice = Registration(mixed, mix_group, operators, panel, additions=(
-    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (nodes.MEASUREDBRDF_MT_add_node, _ENTRY),
-    (main.measured, panel.draw_button)))
+    (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (nodes.MEASUREDBRDF_MT_add_node, _ENTRY),
+    (main.material_buttons, panel.draw_button)))
 register, unregister = _slice.register, _slice.unregister

@@ -49,7 +49,7 @@ def _draw_layer(layout: bpy.types.UILayout, layer: mix_group.Layer) -> None:
     else:
         column.prop(layer.share, "default_value", text=layer.share.name, slider=True)
     if material is not None:
-        for draw_part in main.of_a_part:
+        for draw_part in main.mix_part_rows:
             draw_part(layout, material)
 
 

@@ -21,13 +21,13 @@ from .layout import MaterialPanel, draw_picture, draw_wrapped, has_data, name_be
 from .local import MEASUREDBRDF_OT_make_local
 from .update import MEASUREDBRDF_OT_update_materials
 
-beginnings: list[Callable[[bpy.types.UILayout], None]] = []
+start_buttons: list[Callable[[bpy.types.UILayout], None]] = []
 """Draw the buttons by which users begin, beside one another."""
-unfitted: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
+unfitted_rows: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 """Draw what is to be done with a material that has measurements and no fit."""
-measured: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
+material_buttons: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 """Draw the buttons for a material that shows measurements or a mix, beside one another."""
-of_a_part: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
+mix_part_rows: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 """Draw what can be changed of a material that a mix is made of."""
 
 
@@ -64,7 +64,7 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     material = active_material(context)
     if material is not None and materials.is_shown(material):
         _draw_look(layout, context, material)
-    _draw_beginnings(layout)
+    _draw_start(layout)
     if material is None:
         return
     if materials.is_shown(material):
@@ -73,20 +73,20 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         draw_wrapped(layout, "This material belongs to another file. Make it local to change it", "INFO")
         layout.operator(MEASUREDBRDF_OT_make_local.bl_idname, icon="LIBRARY_DATA_DIRECT")
     elif material.measured_brdf.filepath and not materials.is_shown(material):
-        for draw_unfitted in unfitted:
+        for draw_unfitted in unfitted_rows:
             draw_unfitted(layout, material)
     if materials.is_shown(material):
         row = layout.row(align=True)
-        for draw_measured in measured:
+        for draw_measured in material_buttons:
             draw_measured(row, material)
 
 
-def _draw_beginnings(layout: bpy.types.UILayout) -> None:
+def _draw_start(layout: bpy.types.UILayout) -> None:
     """Draw how to begin; while a job runs its progress, in the same place and of the same height."""
     row = layout.row(align=True)
     if draw_running(row):
         return
-    for draw_beginning in beginnings:
+    for draw_beginning in start_buttons:
         draw_beginning(row)
     row.operator("wm.url_open", text="", icon="HELP").url = manual.url()
 

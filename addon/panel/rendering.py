@@ -16,7 +16,7 @@ from ..core.storage.properties import AUTOMATIC, RENDERINGS
 from .fixes import MEASUREDBRDF_OT_fix_setting
 from .layout import MaterialPanel, choices, draw_wrapped, fits
 
-exporting: list[Callable[[bpy.types.UILayout], None]] = []
+export_buttons: list[Callable[[bpy.types.UILayout], None]] = []
 """Draw how a material leaves Blender by another way than its exporters."""
 
 
@@ -117,7 +117,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
             draw_wrapped(layout, "In other programs, a Principled BSDF:", "INFO")
             for line in losses:
                 draw_wrapped(layout, line, "DOT")
-        for draw_exporting in exporting:
+        for draw_exporting in export_buttons:
             draw_exporting(layout)
 
 

@@ -24,7 +24,7 @@ _TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", 
 
 
 _slice = Registration(settings, operators, flat, panel, additions=(
-    (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRY),
-    (paths.of_scenes, settings.places),
+    (manual.slice_topics, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRY),
+    (paths.scene_places, settings.places),
     (command.commands, command.answering("photograph", comparison.answer))))
 register, unregister = _slice.register, _slice.unregister

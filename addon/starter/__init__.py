@@ -16,6 +16,6 @@ _TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_publishe
            *manual.over_settings("manual#your-data-folder", "measuredshelf", "data_search"),
            *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))
 _slice = Registration(operators, panel, compiling, additions=(
-    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (commands.commands, command.add),
-    (main.beginnings, panel.draw_button), (icons.of_samples, shelf.sample_icon)))
+    (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (commands.commands, command.add),
+    (main.start_buttons, panel.draw_button), (icons.sample_icons, shelf.sample_icon)))
 register, unregister = _slice.register, _slice.unregister

@@ -13,7 +13,7 @@ from .job import Job
 from .recent import Recent
 
 Key = tuple[Any, ...]
-of_samples: list[Callable[[str, str], int]] = []
+sample_icons: list[Callable[[str, str], int]] = []
 """Of a file and the name of a sample in it the small icon: added by the slice that draws measurements."""
 _Picture = SingleArray | tuple[SingleArray, Any]
 

@@ -31,8 +31,8 @@ class LogRelative:
     offset : float
         1/sr; differences between reflectances far below it hardly change the field.
     ceiling : (channels,) float64
-        Upper bounds of the reflectance, 1/sr, which it approaches smoothly: divided by the 16-norm of 1 and its ratio to
-        the bound. Where one channel is near its bound all are lowered alike, so that the colour stays.
+        Upper bounds of the reflectance, 1/sr, approached smoothly: it is divided by the 16-norm of 1 and its ratio to
+        its bound. Where one channel is near its own all are lowered alike, so that the colour stays.
     floor : float
         Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
     damping : (DAMPING_KNOTS, channels) or (0, 1) float64

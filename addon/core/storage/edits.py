@@ -8,12 +8,12 @@ import bpy
 from ..annotations import Arguments
 from .properties import as_text
 
-wanted_by: list[Callable[[bpy.types.Material], Arguments]] = []
+edit_sources: list[Callable[[bpy.types.Material], Arguments]] = []
 """Functions that return keyword arguments of `fitter.edited` for a material."""
 
 
 class Sliders(NamedTuple):
-    """How a slice stores what `wanted_by` returns: it rounds arguments as they are stored, and has a material want
+    """How a slice stores what `edit_sources` return: it rounds arguments as they are stored, and has a material want
     them, which is edited so already."""
 
     rounded: Callable[[Arguments], Arguments]
@@ -25,7 +25,7 @@ sliders: list[Sliders] = []
 
 def edit_arguments(material: bpy.types.Material) -> Arguments:
     """The keyword arguments of `fitter.edited` that are wanted of a material; empty where nothing is."""
-    return {name: value for wanted in wanted_by for name, value in wanted(material).items()}
+    return {name: value for wanted in edit_sources for name, value in wanted(material).items()}
 
 
 def is_as_wanted(material: bpy.types.Material) -> bool:

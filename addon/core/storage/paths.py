@@ -23,7 +23,7 @@ Place = tuple[Any, str]     # what holds a path, and the name of the property
 _KNOWN = bpy.types.Property.bl_rna.properties.keys()
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative" in _KNOWN else set()
 """Options of a property that may hold a relative path; Blender 4.2 knows none."""
-of_scenes: list[Callable[[bpy.types.Scene], Iterator[Place]]] = []
+scene_places: list[Callable[[bpy.types.Scene], Iterator[Place]]] = []
 """Functions of slices: what else a scene names."""
 _BLEND = "//"
 
@@ -67,7 +67,7 @@ def _paths_of_item(item: bpy.types.ID) -> Iterator[Place]:
     if isinstance(item, bpy.types.Material) and can_change(item):
         yield item.measured_brdf, "filepath"
     if isinstance(item, bpy.types.Scene) and item.is_editable and item.override_library is None:
-        for places in of_scenes:
+        for places in scene_places:
             yield from places(item)
 
 

@@ -21,12 +21,13 @@ NEAR = 2e-3                 # relative: fits of a constant are not constant to t
 
 @pytest.fixture
 def parts(extension):
-    from measured_brdf.addon.compare import curves, operators, panel, settings
+    from measured_brdf.addon.compare import curves, operators, panel
+    from measured_brdf.addon.core.shading import comparison
     from measured_brdf.addon.core.shading import material as materials
     from measured_brdf.addon.inspect import mask, session, surface
     from measured_brdf.addon.work import queries, queue
 
-    yield SimpleNamespace(compare=panel, settings=settings, operators=operators, materials=materials, curves=curves,
+    yield SimpleNamespace(compare=panel, comparison=comparison, operators=operators, materials=materials, curves=curves,
                           mask=mask, session=session, surface=surface, queries=queries, queue=queue)
     queue.unregister()
 
@@ -101,7 +102,7 @@ def test_a_mix_has_a_lobe_and_its_values_are_read(parts, mix):
     made.refresh()
     parts.queue.answer_all()
     made.refresh()
-    np.testing.assert_allclose(made.inspection.read(0.7), BOTH, rtol=NEAR)
+    np.testing.assert_allclose([value for _, value in made.inspection.read(0.7)], BOTH, rtol=NEAR)
     np.testing.assert_allclose(np.linalg.norm(made.inspection.lobe.vertices, axis=1), np.cbrt(BOTH.mean()), rtol=NEAR)
     assert made.inspection.shown.note == ""
 
@@ -114,7 +115,7 @@ def test_under_a_mask_the_lobe_is_that_of_the_spot(parts, mix):
         made.refresh()
         parts.queue.answer_all()
         made.refresh()
-        np.testing.assert_allclose(made.inspection.read(0.2), expected, rtol=NEAR)
+        np.testing.assert_allclose([value for _, value in made.inspection.read(0.2)], expected, rtol=NEAR)
         assert made.inspection.shown.note == note
 
 
@@ -181,7 +182,7 @@ def test_a_mix_is_compared_by_its_own_albedo(parts, mix):
                             ("Between Measured Angles", "good", "good")):
         place = texts.index(name)
         assert [text[3:] for text in texts[place + 1:place + 3]] == expected
-    assert parts.settings.pinned(scene, dark) == mix
+    assert parts.comparison.pinned(scene, dark) == mix
 
 
 def test_a_mix_can_be_rendered_to_look_at_and_a_plain_material_cannot(parts, mix):

@@ -262,7 +262,7 @@ def test_the_list_of_samples_has_an_icon_of_each_that_is_drawn_while_it_is_open(
     shelf.unregister()
     shelf.register()
     monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / name)
-    path, (icon_of,) = str(data / "curet" / "abrdf.dat"), icons.of_samples
+    path, (icon_of,) = str(data / "curet" / "abrdf.dat"), icons.sample_icons
     for _ in range(2):
         icon_of(path, "velvet")
     key, = shelf._undrawn
