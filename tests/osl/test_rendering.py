@@ -262,15 +262,18 @@ def test_in_a_room_of_it_the_mixture_has_the_light_of_the_fit(blender, fits, mat
     assert means[0] == pytest.approx(means[1], rel=0.01)
 
 
-@pytest.mark.xfail(strict=False, reason="directions correct what is shown toward a lamp")
 @pytest.mark.parametrize("material", quick(["foil", "krylon"], "krylon"))
-def test_no_pixel_is_below_zero_under_an_area_lamp(blender, fits, material):
-    scene = sphere_scene(blender, fits[material], 16)
+def test_what_is_taken_away_under_an_area_lamp_leaves_no_dark_pixel(blender, fits, material):
+    """Krylon's red is 0 in two thirds of all pairs of directions: there a sum of what the mixture shows and of what
+    sampled directions take away has a mean of 0, and its noise is on both sides."""
+    scene = sphere_scene(blender, fits[material], 64)
     area()
     picture = render(scene)[..., :3]
-    below = np.count_nonzero((picture < 0).any(axis=-1))
-    print(f"{material}: {below} pixels below 0, the least {picture.min() / picture.mean():.3g} of the mean")
-    assert below == 0
+    below = -np.minimum(picture, 0)
+    most, all_of_it = below.max() / picture.mean(), below.sum() / picture.sum()
+    print(f"{material}: {most:.3g} of the mean at most, {all_of_it:.3g} in all")
+    assert most < 0.02
+    assert all_of_it < 5e-6
 
 
 def test_a_mixture_above_the_fit_is_not_seen_where_the_shader_is_exact(blender):
