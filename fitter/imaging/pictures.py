@@ -6,9 +6,9 @@ import numpy as np
 
 from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 from ..colours import DEFAULT, conversion, luminance
-from ..methods import beyond
+from ..methods import extrapolation
 from ..model import Reflectance, is_isotropic
-from ..model.published import Published
+from ..model.published import PublishedMaterial
 from ..samples import Samples
 from . import studio
 from .drawing import INK, Canvas
@@ -81,7 +81,7 @@ def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
     return picture
 
 
-def thumbnail(material: Published, size: int = SIZE) -> SingleArray:
+def thumbnail(material: PublishedMaterial, size: int = SIZE) -> SingleArray:
     """The picture of a material of the library: a cloth where it is one, else a sphere; (size, size, 4) float32.
 
     For what is nearly white it is stopped down, as a photographer does.
@@ -198,7 +198,7 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
 
 
 def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: int = SIZE, phi_i: float = 0.0,
-               colours: str = DEFAULT, reaches: Sequence[beyond.Reach] = (),
+               colours: str = DEFAULT, reaches: Sequence[extrapolation.MeasuredDomain] = (),
                second: tuple[Reflectance, str] | None = None) -> tuple[SingleArray, float]:
     """Plot a fit in the plane of incidence for one angle of incidence, with the samples near that plane (`plane_plot`).
 
@@ -227,7 +227,7 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
     """
     place, measured, shown = (None, None, float("nan")) if samples is None else near_plane(samples, theta_i, phi_i)
     theta, values = plane_curve(fit, theta_i, phi_i)
-    is_guess = beyond.are_of_any(np.full(len(theta), theta_i), np.abs(theta), reaches)
+    is_guess = extrapolation.is_extrapolated_in_any(np.full(len(theta), theta_i), np.abs(theta), reaches)
     colors, curves = channel_colors(values), []
     if second is not None:
         other, there = plane_curve(second[0], theta_i, phi_i)

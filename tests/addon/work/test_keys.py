@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fitter.formats.reading import OPTIONS
-from fitter.methods.beyond import Reach
+from fitter.methods.extrapolation import MeasuredDomain
 from fitter.optics.subsurface import Subsurface
 
 DIRECTIONS = "theta_i", "phi_i", "theta_o", "phi_o"
@@ -127,7 +127,7 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
     ask = work.queries
     for function, arguments in ((ask.lit_sphere, ((1, 2), (one, other), (None, {"a": 1}, {"a": 2}))),
                                 (ask.polar_plot, ((1, 2), (one, other), (None, *data), (0.1, 0.2), (0.1, 0.2),
-                                                  ((), (Reach(1.2, 1.0),)), (None, one, other))),
+                                                  ((), (MeasuredDomain(1.2, 1.0),)), (None, one, other))),
                                 (ask.turned_plane, ((1, 2), (one, other), (0.1, 0.2)))):
         asked.clear()
         function(*(choices[0] for choices in arguments))
