@@ -31,7 +31,7 @@ from fitter.cycles.node_mixture import node_mixtures
 from fitter.formats import list_samples
 from fitter.imaging.pictures import srgb
 from fitter.library import ready
-from fitter.model.published import offered
+from fitter.model.published import list_offered
 from support import ball_files, checkout, kept, stage
 
 from .black_pixels import three_lamps
@@ -73,7 +73,7 @@ def materials(published=None):
         How many of the starter library, at even distances in its list; all by default.
     """
     found = {}
-    names = [each.name for each in offered()]
+    names = [each.name for each in list_offered()]
     for name in names[::max(len(names) // published, 1)] if published else names:
         found[PUBLISHED + name] = functools.partial(_fit, ready.ARGUMENTS, fitter.load_published, name)
     data = checkout.measurements()

@@ -41,7 +41,7 @@ def main():
     if picture:
         draw(picture)
     found = {"not metals": [], "metals": []}
-    for material in map(published.find, names) if names else published.offered():
+    for material in map(published.find, names) if names else published.list_offered():
         begun = time.process_time()
         fit = ready.fit(material.name)
         seconds = time.process_time() - begun

@@ -23,7 +23,8 @@ def factor(scattered: float, index: float) -> float:
     """The factor at a single scattering albedo and an index."""
     count = 200_000 if scattered > 0.9 else 400_000
     entry = float(np.sqrt(index))
-    walked = subsurface.least_above(lambda a: subsurface.walked(a, entry), subsurface.reflected(scattered, index))
+    albedo = subsurface.multiple_scattering_albedo(scattered, index)
+    walked = subsurface.bisect(lambda a: subsurface.walk_albedo(a, entry), albedo)
     truth, walk = photons.radii(scattered, index, count), photons.cycles_radii(walked, entry, count)
     return float(np.exp(np.mean([np.log(photons.quantile(walk, each) / photons.quantile(truth, each))
                                  for each in SHARES])))
@@ -32,9 +33,10 @@ def factor(scattered: float, index: float) -> float:
 def compared(medium: Subsurface, count: int) -> Iterator[tuple[list[float], list[float]]]:
     """Of each channel: albedo, and both radii in mm, below a surface and by Cycles' walk."""
     walk = medium.walk
-    for channel, (scattered, path) in enumerate(zip(medium.scattered, medium.mean_free_path, strict=True)):
+    both = zip(medium.single_scattering_albedo, medium.mean_free_path, strict=True)
+    for channel, (scattered, path) in enumerate(both):
         truth = photons.radii(scattered, medium.index, count)
-        walks = photons.cycles_radii(subsurface.scattered_of_color(walk.color[channel]), walk.entry, count)
+        walks = photons.cycles_radii(subsurface.color_to_single_scattering(walk.color[channel]), walk.entry, count)
         yield tuple([float(found[1].sum()) + more, *(length * photons.quantile(found, each) for each in SHARES)]
                     for found, length, more in ((truth, path, 0.0),
                                                 (walks, walk.radius[channel] / (4 * np.pi), walk.rest[channel])))
@@ -56,7 +58,7 @@ def main() -> None:
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     for material in published.translucent():
         if not options.names or material.name in options.names:
-            for channel, pairs in zip("RGB", compared(material.model.below, options.photons), strict=True):
+            for channel, pairs in zip("RGB", compared(material.model.subsurface, options.photons), strict=True):
                 cells = [f"{number:.3g}" for pair in zip(*pairs, strict=True) for number in pair]
                 print(f"| {material.label} | {channel} | {' | '.join(cells)} |", flush=True)
 

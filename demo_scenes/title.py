@@ -15,7 +15,7 @@ import bpy
 
 from benchmarks import ordinary
 from fitter.formats import is_there, list_samples
-from fitter.model.published import name_in
+from fitter.model.published import parse_virtual_path
 from support import synthetic
 from support.checkout import ROOT, extension
 from support.stage import background, black_scene, look, set_input
@@ -71,7 +71,7 @@ def use_principled(material, tint):
 
 def path_of(data, file):
     """The path of a file of measurements, or that of a material of the library."""
-    return file if name_in(file) else str(data / file)
+    return file if parse_virtual_path(file) else str(data / file)
 
 
 def is_present(data, file, sample):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Directions", "FloatArray", "IntArray", "RealArray", "SingleArray",
-           "joined", "mapped", "selected"]
+           "concatenate_directions", "map_directions", "select_directions"]
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
@@ -22,17 +22,17 @@ Directions = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 """theta_i, phi_i, theta_o, phi_o, radians."""
 
 
-def mapped(function: Callable[[Any], FloatArray], directions: Iterable[Any]) -> Directions:
+def map_directions(function: Callable[[Any], FloatArray], directions: Iterable[Any]) -> Directions:
     """A function of each of four arrays."""
     theta_i, phi_i, theta_o, phi_o = map(function, directions)
     return theta_i, phi_i, theta_o, phi_o
 
 
-def selected(directions: Iterable[FloatArray], which: Any) -> Directions:
+def select_directions(directions: Iterable[FloatArray], which: Any) -> Directions:
     """Some of pairs of directions, by a slice, by indices or by a mask."""
-    return mapped(lambda angle: angle[which], directions)
+    return map_directions(lambda angle: angle[which], directions)
 
 
-def joined(parts: Iterable[Directions]) -> Directions:
+def concatenate_directions(parts: Iterable[Directions]) -> Directions:
     """Several arrays of pairs of directions as one."""
-    return mapped(np.concatenate, zip(*parts, strict=True))
+    return map_directions(np.concatenate, zip(*parts, strict=True))

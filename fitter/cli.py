@@ -26,7 +26,7 @@ from .cycles.bake import bake
 from .errors import printable
 from .formats import KNOWN_FILES, list_samples, reading, saved_samples
 from .methods import METHODS
-from .model.published import name_in
+from .model.published import parse_virtual_path
 from .photographs import flat_maps
 from .photographs.ball_advice import advice, left_out
 from .photographs.capture_setup import read
@@ -36,7 +36,7 @@ from .photographs.flat_tiling import tiled
 from .photographs.setup import measured
 from .quality import albedo, verdict
 from .quality.describe import describe
-from .storage.files import replacing
+from .storage.files import replace_file
 
 BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
 _NOT_GIVEN = object()       # None means plain MBA
@@ -130,7 +130,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def add_fitting(parser: argparse.ArgumentParser) -> None:
-    """Add what a fit is chosen by, of which `levels_of` returns the levels, to a command."""
+    """Add what a fit is chosen by, of which `level_arguments` returns the levels, to a command."""
     parser.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
     parser.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
     parser.add_argument("--specular-level", type=_level_or_none, metavar="S", default=_NOT_GIVEN,
@@ -140,7 +140,7 @@ def add_fitting(parser: argparse.ArgumentParser) -> None:
                         help="the smallest fit with at most this RMSE (1/sr), instead of a preset and levels")
 
 
-def levels_of(options: argparse.Namespace) -> dict[str, Any]:
+def level_arguments(options: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of a fit that were given beside its preset."""
     given = {name: getattr(options, name) for name in ("diffuse_level", "compression")}
     chosen = {name: value for name, value in given.items() if value is not None}
@@ -158,7 +158,7 @@ def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_C
                         help=f"the linear colour space of the values, default: {colours or 'that of the open file'}")
 
 
-def reading_of(options: argparse.Namespace) -> dict[str, Any]:
+def reading_arguments(options: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of `load` that `add_reading` asked for."""
     return {name: getattr(options, name) for name in (*reading.OPTIONS, "colours")}
 
@@ -174,7 +174,7 @@ def _level_or_none(text: str) -> int | None:
 
 
 def _info(options: argparse.Namespace) -> None:
-    if name_in(options.file) is None and saved_samples.is_another(options.file):
+    if parse_virtual_path(options.file) is None and saved_samples.is_another(options.file):
         _describe_fit(Fit.load(options.file))
         return
     samples = list_samples(options.file, options.columns)
@@ -183,7 +183,7 @@ def _info(options: argparse.Namespace) -> None:
         for number, name in samples:
             say(f"{number:4d}  {name}")
         return
-    _describe_samples(options.file, options.sample, reading_of(options))
+    _describe_samples(options.file, options.sample, reading_arguments(options))
 
 
 def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
@@ -201,10 +201,10 @@ def _describe_fit(fit: Fit) -> None:
 
 
 def _fit(options: argparse.Namespace) -> bool:
-    arguments: dict[str, Any] = {**PRESETS[options.preset], **levels_of(options)}
+    arguments: dict[str, Any] = {**PRESETS[options.preset], **level_arguments(options)}
     if options.method is not None:
         arguments["method"] = options.method
-    samples = load(options.file, options.sample, **reading_of(options))
+    samples = load(options.file, options.sample, **reading_arguments(options))
     start = time.perf_counter()
     fit = (fit_samples(samples, **arguments) if options.tolerance is None
            else fit_within(samples, options.tolerance, options.held_out))
@@ -220,10 +220,10 @@ def _fit(options: argparse.Namespace) -> bool:
         rows += zip(samples.channels, channel_metrics(samples.values, fitted), strict=True)
     for name, errors in rows:
         say(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
-    judged, doubt = verdict.judge(samples, fit), albedo.doubt(samples)
+    judged, doubt = verdict.judge(samples, fit), albedo.implausibility_message(samples)
     line = verdict.line(judged)
     doubts = [doubt] if doubt else []
-    return _print_messages([line, *doubts], [line, *doubts] if verdict.at_samples(judged).is_bad else doubts, "  ")
+    return _print_messages([line, *doubts], [line, *doubts] if verdict.match_message(judged).is_bad else doubts, "  ")
 
 
 def _print_messages(lines: Sequence[str], doubts: Sequence[str], indent: str = "") -> bool:
@@ -235,7 +235,7 @@ def _print_messages(lines: Sequence[str], doubts: Sequence[str], indent: str = "
 
 def _bake(options: argparse.Namespace) -> None:
     source = bake(Fit.load(options.file))
-    with replacing(options.out, "w") as stream:
+    with replace_file(options.out, "w") as stream:
         stream.write(source)
     say(f"{options.out}: {len(source):,} bytes of OSL")
 
@@ -274,7 +274,7 @@ def _flat(options: argparse.Namespace) -> bool:
 
 def _report(options: argparse.Namespace) -> None:
     found, fits = [], report.ways(options.levels)
-    samples = list(report.materials(options.files, **reading_of(options)))
+    samples = list(report.materials(options.files, **reading_arguments(options)))
     for number, each in enumerate(samples):
         show_progress(number, len(samples), each.name)
         found += report.rows(each, fits)

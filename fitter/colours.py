@@ -33,15 +33,15 @@ def conversion(source: str, target: str) -> FloatArray:
     >>> conversion("Rec.709", "ACEScg").round(4).tolist()
     [[0.6131, 0.3395, 0.0474], [0.0702, 0.9164, 0.0134], [0.0206, 0.1096, 0.8698]]
     """
-    return np.eye(3) if source == target else from_primaries(*_SPACES[source], target)
+    return np.eye(3) if source == target else conversion_from_primaries(*_SPACES[source], target)
 
 
-def to_xyz(name: str) -> FloatArray:
+def xyz_matrix(name: str) -> FloatArray:
     """The matrix from one of `COLOURS` to CIE XYZ relative to its own white, of which Y is 1: (3, 3).
 
     Examples
     --------
-    >>> to_xyz("Rec.709").round(4).tolist()
+    >>> xyz_matrix("Rec.709").round(4).tolist()
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     """
     return matrix_from_primaries(*_SPACES[name])
@@ -53,25 +53,26 @@ def matrix_from_primaries(primaries: Sequence[_Chromaticity], white: _Chromatici
     return np.asarray(columns * np.linalg.solve(columns, _xyz(white)))
 
 
-def from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, target: str = DEFAULT) -> FloatArray:
+def conversion_from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, target: str = DEFAULT,
+                              ) -> FloatArray:
     """The matrix to one of `COLOURS` from the space with these chromaticities: (3, 3). White stays white.
 
     Examples
     --------
-    >>> from_primaries(((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)), (0.3127, 0.3290)).round(6).tolist()
+    >>> conversion_from_primaries(((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)), (0.3127, 0.3290)).round(6).tolist()
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
     whites = _xyz(white), _xyz(_SPACES[target][1])
-    matrix = np.linalg.solve(to_xyz(target), adaptation(*whites) @ matrix_from_primaries(primaries, white))
+    matrix = np.linalg.solve(xyz_matrix(target), adaptation(*whites) @ matrix_from_primaries(primaries, white))
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 
-def linear_of_srgb(encoded: ArrayLike, threshold: float = 0.04045) -> FloatArray:
+def decode_srgb(encoded: ArrayLike, threshold: float = 0.04045) -> FloatArray:
     """Linear values of those of sRGB (IEC 61966-2-1), of any shape; encoded ones up to a threshold are proportional.
 
     Examples
     --------
-    >>> linear_of_srgb([0, 0.04, 0.5, 1]).round(4).tolist()
+    >>> decode_srgb([0, 0.04, 0.5, 1]).round(4).tolist()
     [0.0, 0.0031, 0.214, 1.0]
     """
     encoded = np.asarray(encoded, dtype=float)
@@ -80,7 +81,7 @@ def linear_of_srgb(encoded: ArrayLike, threshold: float = 0.04045) -> FloatArray
 
 def luminance(values: FloatArray, name: str) -> FloatArray:
     """The luminance of colours in one of `COLOURS`: (n, 3) to (n,), 1 for white."""
-    return np.asarray(values @ to_xyz(name)[1])
+    return np.asarray(values @ xyz_matrix(name)[1])
 
 
 def adaptation(white: ArrayLike, other: ArrayLike) -> FloatArray:

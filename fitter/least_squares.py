@@ -12,7 +12,7 @@ _ROUNDS = 30                # of pivoting, at most
 _LEAST_DIAGONAL = 1e-9      # of normal equations
 
 
-def nonnegative(normal: FloatArray, right: FloatArray, positive: BoolArray | None = None) -> FloatArray:
+def nonnegative_least_squares(normal: FloatArray, right: FloatArray, positive: BoolArray | None = None) -> FloatArray:
     """Least squares without negative coefficients, from normal equations of few unknowns.
 
     All arrays may have more axes in front, of problems that are solved at once.
@@ -36,7 +36,7 @@ def nonnegative(normal: FloatArray, right: FloatArray, positive: BoolArray | Non
 
     Examples
     --------
-    >>> nonnegative(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([1.0, -1.0]))
+    >>> nonnegative_least_squares(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([1.0, -1.0]))
     array([0.5, 0. ])
     """
     unknowns = right.shape[-1]

@@ -11,7 +11,7 @@ Examples
 ...         report(2 / 3)
 ...     report(0.75, "Cutting")
 >>> told = []
->>> with listening(lambda fraction, doing: told.append((fraction, doing))):
+>>> with listen(lambda fraction, doing: told.append((fraction, doing))):
 ...     work()
 >>> told
 [(0.0, 'Measuring'), (0.25, 'Measuring'), (0.5, 'Measuring'), (0.75, 'Cutting')]
@@ -51,13 +51,13 @@ def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator
         yield
         return
 
-    def within(fraction: float, doing: str) -> None:
+    def report_within(fraction: float, doing: str) -> None:
         nonlocal now
         now = doing or now
         outer(begin + (end - begin) * fraction, about + now if now else "")
 
-    within(0.0, doing)
-    with _heard_by(within):
+    report_within(0.0, doing)
+    with _replace_listener(report_within):
         yield
 
 
@@ -66,7 +66,7 @@ def each(items: Sequence[_Item]) -> Iterator[_Item]:
 
     Examples
     --------
-    >>> with listening(lambda fraction, doing: print(fraction)):
+    >>> with listen(lambda fraction, doing: print(fraction)):
     ...     squares = [number ** 2 for number in each([1, 2])]
     0.0
     0.5
@@ -77,35 +77,35 @@ def each(items: Sequence[_Item]) -> Iterator[_Item]:
 
 
 @contextmanager
-def listening(listener: Listener) -> Iterator[None]:
+def listen(listener: Listener) -> Iterator[None]:
     """Tell a listener what is reported within. The fractions that it is told never fall."""
     farthest, now = 0.0, ""
 
-    def rising(fraction: float, doing: str) -> None:
+    def report_rising(fraction: float, doing: str) -> None:
         nonlocal farthest, now
         farthest, now = max(farthest, min(fraction, 1.0)), doing or now
         listener(farthest, now)
 
-    with _heard_by(rising):
+    with _replace_listener(report_rising):
         yield
 
 
 @contextmanager
-def overheard(listener: Listener) -> Iterator[None]:
-    """As `listening`, and whoever listens already is told as well."""
+def listen_also(listener: Listener) -> Iterator[None]:
+    """As `listen`, and whoever listens already is told as well."""
     outer = _listener.get()
 
-    def both(fraction: float, doing: str) -> None:
+    def report_both(fraction: float, doing: str) -> None:
         listener(fraction, doing)
         if outer is not None:
             outer(fraction, doing)
 
-    with listening(both):
+    with listen(report_both):
         yield
 
 
 @contextmanager
-def _heard_by(listener: Listener) -> Iterator[None]:
+def _replace_listener(listener: Listener) -> Iterator[None]:
     before = _listener.set(listener)
     try:
         yield

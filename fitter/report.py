@@ -17,7 +17,7 @@ from .model.fit import Fit, notation
 from .quality import cross_validation
 from .quality.metrics import error_metrics
 from .samples import Samples
-from .storage.files import replacing, without_folders
+from .storage.files import replace_file, strip_folders
 
 MANY = 2000                 # samples: of more, one fold of the five is held out
 COLUMNS = {"fit": "", "bytes": ",", "rmse": ".4g", "mae": ".4g", "mre": ".4g", "cube_root_rmse": ".4g",
@@ -48,7 +48,7 @@ def rows(samples: Samples, fits: Mapping[str, Callable[[Samples], Fit]]) -> list
         model = make(samples)
         seconds = time.process_time() - start
         values = model.evaluate(*samples.directions)
-        row: Row = {"material": samples.name, "source": without_folders(samples.source), "fit": name,
+        row: Row = {"material": samples.name, "source": strip_folders(samples.source), "fit": name,
                     "bytes": model.nbytes,
                     **error_metrics(samples.values, values)._asdict(),
                     "cube_root_rmse": _cube_root_rmse(samples, values, np.arange(len(samples))),
@@ -56,7 +56,7 @@ def rows(samples: Samples, fits: Mapping[str, Callable[[Samples], Fit]]) -> list
         if parts:
             predicted = samples.values.astype(float)
             for part in parts:
-                predicted[part] = cross_validation.from_others(samples, part, make)
+                predicted[part] = cross_validation.predict_part(samples, part, make)
             here = np.concatenate(parts)
             row["held_out_rmse"] = float(np.sqrt(np.mean((predicted[here] - samples.values[here]) ** 2)))
             row["held_out_cube_root_rmse"] = _cube_root_rmse(samples, predicted, here)
@@ -92,9 +92,9 @@ def write(found: Sequence[Row], out: str | Path) -> None:
     """Write rows to a folder, which is made if necessary: `results.json` and `results.md`."""
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    with replacing(folder / "results.json", "w") as stream:
+    with replace_file(folder / "results.json", "w") as stream:
         json.dump(list(found), stream, indent=1)
-    with replacing(folder / "results.md", "w") as stream:
+    with replace_file(folder / "results.md", "w") as stream:
         stream.write(markdown(found))
 
 

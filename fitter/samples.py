@@ -160,7 +160,7 @@ def _unchangeable(array: ArrayLike) -> FloatArray:
     return np.array(array, dtype=float)
 
 
-def given_away(*arrays: FloatArray) -> None:
+def freeze_new_arrays(*arrays: FloatArray) -> None:
     """Make arrays read-only that nobody else has, so that `Samples` need not copy them."""
     for array in arrays:
         array.flags.writeable = False
@@ -178,7 +178,7 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     arrays = {name: getattr(samples, name) for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values", "deviation",
                                                         "saturated")}
     chosen: dict[str, Any] = {name: array[which] for name, array in arrays.items() if array is not None}
-    given_away(*chosen.values())
+    freeze_new_arrays(*chosen.values())
     return replace(samples, **chosen)
 
 
@@ -197,12 +197,12 @@ def choice(count: int, most: int) -> IntArray:
     return np.sort(np.random.default_rng(0).choice(count, most, replace=False))
 
 
-def some(samples: Samples, most: int) -> Samples:
+def subsample(samples: Samples, most: int) -> Samples:
     """All samples, or `most` of them that are chosen at random: always the same, in the order that they have."""
     return subset(samples, choice(len(samples), most))
 
 
-def repeated(samples: Samples, symmetry: str) -> Samples:
+def apply_symmetry(samples: Samples, symmetry: str) -> Samples:
     """Add what a symmetry of the surface says of directions that were not measured.
 
     Raises DatasetError if it is none of these, or makes more than `MOST_REPEATED` samples.
@@ -221,7 +221,7 @@ def repeated(samples: Samples, symmetry: str) -> Samples:
     Examples
     --------
     >>> quarter = Samples([0.5, 0.5], [0, 0.7], [0.3, 0.3], [0, 0.1], [[1], [2]], isotropic=False)
-    >>> repeated(quarter, "mirror").phi_i.tolist()
+    >>> apply_symmetry(quarter, "mirror").phi_i.tolist()
     [0.0, 0.7, -0.7]
     """
     if symmetry not in _IMAGES:
@@ -233,11 +233,11 @@ def repeated(samples: Samples, symmetry: str) -> Samples:
     if most > MOST_REPEATED:
         raise DatasetError(f"{len(samples):,} samples, which the symmetry {symmetry!r} makes {most:,}, expected at "
                            f"most {MOST_REPEATED:,}", samples.source or None)
-    known = _numbered(*samples.directions)
+    known = _number_pairs(*samples.directions)
     which, factors, turns = [np.arange(len(samples))], [1.0], [0.0]
     for factor, turn in images:
-        numbers = _numbered(samples.theta_i, factor * samples.phi_i + turn,
-                            samples.theta_o, factor * samples.phi_o + turn)
+        numbers = _number_pairs(samples.theta_i, factor * samples.phi_i + turn,
+                                samples.theta_o, factor * samples.phi_o + turn)
         which.append(np.flatnonzero(~np.isin(numbers, known)))
         factors.append(factor)
         turns.append(turn)
@@ -246,12 +246,12 @@ def repeated(samples: Samples, symmetry: str) -> Samples:
     factor_of, turn_of = np.repeat(factors, counts), np.repeat(turns, counts)
     whole = subset(samples, np.concatenate(which))
     phi_i, phi_o = factor_of * whole.phi_i + turn_of, factor_of * whole.phi_o + turn_of
-    given_away(phi_i, phi_o)
+    freeze_new_arrays(phi_i, phi_o)
     note = f"Symmetry, {symmetry.replace('_', ' ')}: {len(samples):,} samples stand for {len(whole):,}"
     return replace(whole, phi_i=phi_i, phi_o=phi_o, notes=(*samples.notes, note))
 
 
-def _numbered(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> IntArray:
+def _number_pairs(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> IntArray:
     """A number for each pair of directions, (n,): the same where they agree. The normal has no azimuth."""
     number = np.zeros(len(theta_i), np.int64)
     for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)):

@@ -85,16 +85,16 @@ LEAST_LAMP_COSINE = 0.1
 # mixture 13, each of four lamps 3, a sampled direction 3.
 MOST_MIXED = 2
 
-# Lobes at lamps (osl/lamp_lobes.h).
+# Lobes at lamps (osl/light_lobes.h).
 
 # Lobes of one shading point: where more lamps are above the horizon, some are taken at random.
 MAX_LOBES = 4
 # How many are taken in the mean: each costs evaluations of the fit, and one more closure for Cycles.
 SAMPLED_LOBES = 2
 # Both where few closures fit: on GPUs, all closures of a point share 1024 bytes.
-FRUGAL_LOBES = 1
+CLOSURE_LIMITED_LOBES = 1
 # By how much a lobe is wider than its lamp, beside which it falls off: two standard deviations of the directions about
-# a sampled one (REMAINDER_EXPONENT). Else what is sampled just outside, where the lobe is low, spreads over the lamp.
+# a sampled one (RESIDUAL_EXPONENT). Else what is sampled just outside, where the lobe is low, spreads over the lamp.
 LOBE_MARGIN = 0.002
 # The angle to which a lobe reaches, in that up to which it is flat: it is 0 from the knot below the edge's on.
 LOBE_REACH = 1.24
@@ -124,13 +124,13 @@ LEAST_FALLOFF = 1e-6
 LOBE_SOLID_ANGLE = 4.3
 # Closure weight of a lobe. Cycles finds lamps by sampling them, and should hardly ever follow a lobe instead; a closure
 # below 1e-5 would be dropped.
-LAMP_LOBE_WEIGHT = 2e-4
+LIGHT_LOBE_WEIGHT = 2e-4
 
-# The sampled remainder (osl/remainder.h).
+# Residual sampling (osl/residual.h).
 
 # Exponent of the phong_ramp that sends a path in the sampled direction: about 0.08 degrees wide, as narrow as single
 # precision evaluates well.
-REMAINDER_EXPONENT = 1e6
+RESIDUAL_EXPONENT = 1e6
 # The least colour of its closure weight in a channel, in that of the largest: the fit may have none of a colour.
 LEAST_COLOUR = 0.01
 # Its least closure weight: Cycles drops closures below 1e-5.
@@ -173,9 +173,9 @@ RANDOM_SEED_Y = 0.5
 SEED_SCALE = 1000.0
 RANDOM_LOBE = 2.0
 RANDOM_RING = 3.0
-RANDOM_TURN = 4.0
+RANDOM_AZIMUTH = 4.0
 RANDOM_LOBES = 6.0
-RANDOM_REMAINDER = 7.0
+RANDOM_RESIDUAL = 7.0
 RANDOM_TOWARD_LAMP = 7.5
 RANDOM_CONE_HEIGHT = 8.0
 RANDOM_CONE_AZIMUTH = 9.0

@@ -4,7 +4,7 @@
 #if HALF_DIFFERENCE || RUSINKIEWICZ
 /* The half vector (x, y) with more room near the mirror direction; see fitter/coordinates/stretch.py. OSL divides by 0
  * to 0, where x and y are 0 too. */
-vector stretched(float d, float x, float y)
+vector stretch_half_vector(float d, float x, float y)
 {
 #if STRETCHED
   float radius = hypot(x, y);
@@ -19,7 +19,7 @@ vector stretched(float d, float x, float y)
 
 #if AXES == 4
 /* The second vector is reflected to its stored half. */
-void folded(float half_x, float half_y, float difference_x, float difference_y, output float mu[4])
+void fold_difference(float half_x, float half_y, float difference_x, float difference_y, output float mu[4])
 {
   float side = difference_y < 0.0 ? -1.0 : 1.0;
   mu[0] = half_x;
@@ -42,7 +42,7 @@ vector coordinates(vector wi, vector wo)
   float d = sqrt(d2);
   float outer = half[0] * difference[1] - half[1] * difference[0];
   float softened = SOFTENING_2 * sqrt((1.0 - difference2 * difference2) / (d2 + difference2)) * length(half);
-  return stretched(d, dot(half, difference) / d, hypot(outer, softened) / d);
+  return stretch_half_vector(d, dot(half, difference) / d, hypot(outer, softened) / d);
 }
 #elif RUSINKIEWICZ
 /* Half and difference angles (d, x, y); see fitter/coordinates/rusinkiewicz.py. */
@@ -58,8 +58,9 @@ vector coordinates(vector wi, vector wo)
   float over = SOFTENING_2 * sqrt(common / (s2 + sin2_d));
   float outer = wi[0] * wo[1] - wi[1] * wo[0];
   float spread = s * (sqrt(sum2) + 2.0 * sum[2]);
-  return stretched(s / (1.0 + 2.0 * sqrt((1.0 - SOFTENING_2 * SOFTENING_2) * common / (1.0 + s2))),
-                   0.5 * sqrt(sum2) * (wo[2] - wi[2]) / spread, hypot(hypot(sum[0], sum[1]) * over, outer) / spread);
+  return stretch_half_vector(s / (1.0 + 2.0 * sqrt((1.0 - SOFTENING_2 * SOFTENING_2) * common / (1.0 + s2))),
+                             0.5 * sqrt(sum2) * (wo[2] - wi[2]) / spread,
+                             hypot(hypot(sum[0], sum[1]) * over, outer) / spread);
 }
 #elif HALF_ANGLE
 /* The half angle, and the difference vector (h, x, y); see fitter/coordinates/half_angle.py. */
@@ -98,17 +99,18 @@ void coordinates(vector wi, vector wo, output float mu[4])
   vector h = sum / sum_length;
   vector d = (wi - (0.5 * sum_length + wi[2]) / (1.0 + h[2]) * h) / (1.0 + sum_length);
   h = h / (1.0 + 2.0 * h[2]);
-  float x = STRETCH_ALONG * (TURN_COSINE * h[0] + TURN_SINE * h[1]);
-  float y = STRETCH_ACROSS * (TURN_COSINE * h[1] - TURN_SINE * h[0]);
+  float x = STRETCH_ALONG * (ROTATION_COSINE * h[0] + ROTATION_SINE * h[1]);
+  float y = STRETCH_ACROSS * (ROTATION_COSINE * h[1] - ROTATION_SINE * h[0]);
   float radius = hypot(x, y);
   float factor = STRETCH_SCALE * log(radius + sqrt(1.0 + radius * radius)) / radius;
-  folded(x * factor, y * factor, TURN_COSINE * d[0] + TURN_SINE * d[1], TURN_COSINE * d[1] - TURN_SINE * d[0], mu);
+  fold_difference(x * factor, y * factor, ROTATION_COSINE * d[0] + ROTATION_SINE * d[1],
+                  ROTATION_COSINE * d[1] - ROTATION_SINE * d[0], mu);
 }
 #elif ANISOTROPIC_NUSSELT
 /* Half sum and half difference of projected directions; see fitter/coordinates/anisotropic_nusselt.py. */
 void coordinates(vector wi, vector wo, output float mu[4])
 {
-  folded(0.5 * (wi[0] + wo[0]), 0.5 * (wi[1] + wo[1]), 0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), mu);
+  fold_difference(0.5 * (wi[0] + wo[0]), 0.5 * (wi[1] + wo[1]), 0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), mu);
 }
 #else
 /* Nusselt coordinates (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1); see fitter/coordinates/nusselt.py. At normal

@@ -1,4 +1,7 @@
 /* An edit of the fit: its parts scaled, the highlight widened, a clear coat. See fitter/model/edit.py. */
+
+#include "unedited_fit.h"
+
 #if EDITED
 VALUE diffuse_part(VALUE f)
 {
@@ -8,8 +11,8 @@ VALUE diffuse_part(VALUE f)
 }
 
 #if WIDENED
-/* A direction turned in the plane of the normal and the axis. */
-vector turned(vector w, vector axis, float cosine, float sine)
+/* A direction rotated in the plane of the normal and the axis. */
+vector rotate_in_plane(vector w, vector axis, float cosine, float sine)
 {
   float before = dot(w, axis);
   vector moved = w + (before * cosine + w[2] * sine - before) * axis;
@@ -19,7 +22,7 @@ vector turned(vector w, vector axis, float cosine, float sine)
 
 /* Where the highlight is read, and the density of its half vectors relative to there. OSL divides by 0 to 0, where the
  * half vector is the normal and nothing turns. */
-float narrowed(vector wi, vector wo, output vector narrow_i, output vector narrow_o)
+float narrow_directions(vector wi, vector wo, output vector narrow_i, output vector narrow_o)
 {
   vector h = wi + wo;
   float run = hypot(h[0], h[1]);
@@ -29,8 +32,8 @@ float narrowed(vector wi, vector wo, output vector narrow_i, output vector narro
   float cosine = (1.0 + slope * narrow) * scale;
   float sine = (narrow - slope) * scale;
   vector axis = vector(h[0] / run, h[1] / run, 0.0);
-  narrow_i = turned(wi, axis, cosine, sine);
-  narrow_o = turned(wo, axis, cosine, sine);
+  narrow_i = rotate_in_plane(wi, axis, cosine, sine);
+  narrow_o = rotate_in_plane(wo, axis, cosine, sine);
   float density = (1.0 + slope * slope) / ((1.0 + narrow * narrow) * EDIT_WIDTH);
   return density * density;
 }
@@ -50,7 +53,7 @@ float eval_coat(vector wi, vector wo)
 #endif
 
 /* The edited BRDF, 1/sr. */
-color eval_edited(FIT_PARAMETERS, vector wi, vector wo)
+color eval_edited_fit(FIT_PARAMETERS, vector wi, vector wo)
 {
   VALUE f = eval_measured(FIT, wi, wo);
   VALUE diffuse = diffuse_part(f);
@@ -58,13 +61,13 @@ color eval_edited(FIT_PARAMETERS, vector wi, vector wo)
 #if WIDENED
   vector narrow_i;
   vector narrow_o;
-  float density = narrowed(wi, wo, narrow_i, narrow_o);
+  float density = narrow_directions(wi, wo, narrow_i, narrow_o);
   highlight = eval_measured(FIT, narrow_i, narrow_o);
   highlight = (highlight - diffuse_part(highlight)) * density * eval_factor(BALANCE, wi) * eval_factor(BALANCE, wo);
 #endif
   color total = EDIT_DIFFUSE * diffuse + EDIT_HIGHLIGHT * highlight;
 #if COATED
-  total = COAT * eval_coat(wi, wo) + eval_factor(THROUGH, wi) * eval_factor(THROUGH, wo) * total;
+  total = COAT * eval_coat(wi, wo) + eval_factor(COAT_TRANSMITTANCE, wi) * eval_factor(COAT_TRANSMITTANCE, wo) * total;
 #endif
   return total;
 }

@@ -1,117 +1,13 @@
-/* The fitted BRDF: a bi-level B-spline, and its transform. The spline is the BRDF itself, or with LOG_RELATIVE the
- * logarithm of the BRDF relative to a prior; see fitter/model/transform.py. */
+/* The fitted BRDF with its edit. */
 
-/* Equal channels share a column of the tables; where all channels are equal, values are floats. */
-#if STORED == 1
-#  define VALUE float
-#  define READ(table, i) table[i]
-#else
-#  define VALUE color
-#  define READ(table, i) color(table[STORED * (i) + CHANNEL_0], table[STORED * (i) + CHANNEL_1], \
-                               table[STORED * (i) + CHANNEL_2])
-#endif
-
-#include "perfect_hash.h"
-#include "coordinates.h"
-#include "prior.h"
-#include "lattice.h"
-
-/* The tables of a fit as parameters of a function, and as its arguments. */
-#if SPARSE
-#  define SPARSE_PARAMETERS , float SPECULAR[], int OCCUPANCY[], int DISPLACEMENT[]
-#  define SPARSE_TABLES , SPECULAR, OCCUPANCY, DISPLACEMENT
-#else
-#  define SPARSE_PARAMETERS
-#  define SPARSE_TABLES
-#endif
-#if DAMPED
-#  define DAMPING_PARAMETERS , float DAMPING[]
-#  define DAMPING_TABLES , DAMPING
-#else
-#  define DAMPING_PARAMETERS
-#  define DAMPING_TABLES
-#endif
-#if WIDENED
-#  define BALANCE_PARAMETERS , float BALANCE[]
-#  define BALANCE_TABLES , BALANCE
-#else
-#  define BALANCE_PARAMETERS
-#  define BALANCE_TABLES
-#endif
-#if COATED
-#  define THROUGH_PARAMETERS , float THROUGH[]
-#  define THROUGH_TABLES , THROUGH
-#else
-#  define THROUGH_PARAMETERS
-#  define THROUGH_TABLES
-#endif
-#define FIT_PARAMETERS float DIFFUSE[] SPARSE_PARAMETERS DAMPING_PARAMETERS BALANCE_PARAMETERS THROUGH_PARAMETERS
-#define FIT DIFFUSE SPARSE_TABLES DAMPING_TABLES BALANCE_TABLES THROUGH_TABLES
-
-float largest(color c)
-{
-  return max(max(c[0], c[1]), c[2]);
-}
-
-#if DAMPED || WIDENED || COATED
-/* A factor of one polar angle: a cubic B-spline of the projected radius. */
-VALUE eval_factor(float points[], vector w)
-{
-  float at = length(vector(w[0], w[1], 0.0)) / (1.0 + 2.0 * w[2]) * (DAMPING_KNOTS - 1);
-  int knot = min((int)at, DAMPING_KNOTS - 2);
-  int before = abs(knot - 1);
-  int behind = min(knot + 2, DAMPING_KNOTS - 1);
-  float b[4];
-  bspline_basis(at - knot, b);
-  return b[0] * READ(points, before) + b[1] * READ(points, knot) + b[2] * READ(points, knot + 1) +
-         b[3] * READ(points, behind);
-}
-#endif
-
-/* max(1, x), twice differentiable: the 16-norm of both. */
-float smooth_max_one(float x)
-{
-  float larger = max(x, 1.0);
-  float ratio = min(x, 1.0) / larger;
-  ratio *= ratio;
-  ratio *= ratio;
-  ratio *= ratio;
-  return larger * pow(1.0 + ratio * ratio, 0.0625);
-}
-
-/* The fit as measured, 1/sr, and 0 where it undershoots; directions as in coordinates(). */
-VALUE eval_measured(FIT_PARAMETERS, vector wi, vector wo)
-{
-#if AXES == 4
-  float mu[4];
-  coordinates(wi, wo, mu);
-#else
-  vector mu = coordinates(wi, wo);
-#endif
-  VALUE f = eval_dense_lattice(DIFFUSE, DIFFUSE_CELLS, mu);
-#if SPARSE
-  f += eval_sparse_lattice(SPECULAR, OCCUPANCY, DISPLACEMENT, SPECULAR_CELLS, mu);
-#endif
-#if LOG_RELATIVE
-  f = (eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET;
-  f /= smooth_max_one(largest(color(f / VALUE(PRIOR_CEILING))));
-#  if GREYED
-  f += GREY * (f - (f[0] + f[1] + f[2]) / 3.0);
-#  endif
-#endif
-#if DAMPED
-  f *= eval_factor(DAMPING, wi) * eval_factor(DAMPING, wo);
-#endif
-  return max(f, VALUE(0.0));
-}
-
+#include "unedited_fit.h"
 #include "edit.h"
 
-/* The fitted BRDF as it was edited, 1/sr. */
+/* The edited BRDF, 1/sr; directions as in coordinates(). */
 color eval_fit(FIT_PARAMETERS, vector wi, vector wo)
 {
 #if EDITED
-  return eval_edited(FIT, wi, wo);
+  return eval_edited_fit(FIT, wi, wo);
 #else
   return color(eval_measured(FIT, wi, wo));
 #endif

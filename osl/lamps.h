@@ -1,5 +1,9 @@
 /* The lamps that a shading point sees: where they are, how large, and how bright. */
 
+#include "mixture.h"
+#include "random.h"
+#include "shading_frame.h"
+
 struct LampList {
   vector direction[MAX_LAMPS];      /* in the shading frame */
   float radius[MAX_LAMPS];          /* angular, of the lamp's disk */
@@ -50,9 +54,9 @@ float lobe_exponent(float radius)
 }
 
 /* Up to how many lamps each have a lobe; of more, some are taken at random. */
-int most_lobes(int frugal)
+int max_light_lobes(int closure_limited)
 {
-  return frugal ? FRUGAL_LOBES : MAX_LOBES;
+  return closure_limited ? CLOSURE_LIMITED_LOBES : MAX_LOBES;
 }
 
 /* Directions about the lamps that are not small. About each, the density is in proportion to
@@ -66,11 +70,11 @@ float cone_exponent(float radius)
 /* The radius of the largest lamp, and 0 if all are small. */
 float largest_radius(LampList lamps)
 {
-  float largest = 0.0;
+  float widest = 0.0;
   for (int i = 0; i < lamps.count; i++) {
-    largest = max(largest, lamps.radius[i]);
+    widest = max(widest, lamps.radius[i]);
   }
-  return largest < SMALL_LAMP_RADIUS ? 0.0 : largest;
+  return widest < SMALL_LAMP_RADIUS ? 0.0 : widest;
 }
 
 /* One of the lamps that are not small, of which there must be one, with a probability in proportion to its light. */
@@ -89,9 +93,9 @@ int sample_lamp(LampList lamps, point seed)
   return chosen;
 }
 
-/* How much of a lamp that is not small is above the horizon, where a direction meets it or the reach of its lobe; else
- * 0. Also the solid angle of its disk. */
-float lamp_above(LampList lamps, vector w, output float solid_angle)
+/* The fraction of a lamp's disk above the horizon, where the lamp is not small and a direction meets it or the reach of
+ * its lobe; else 0. Also the solid angle of its disk. */
+float visible_lamp_fraction(LampList lamps, vector w, output float solid_angle)
 {
   float above = 0.0;
   solid_angle = M_2PI;
@@ -110,20 +114,20 @@ float lamp_above(LampList lamps, vector w, output float solid_angle)
 vector sample_cone(vector axis, float radius, point seed)
 {
   float z = pow(1.0 - random(seed, RANDOM_CONE_HEIGHT), 1.0 / (cone_exponent(radius) + 1.0));
-  return around(axis, z, M_2PI * random(seed, RANDOM_CONE_AZIMUTH));
+  return spherical_direction(axis, z, M_2PI * random(seed, RANDOM_CONE_AZIMUTH));
 }
 
-/* The density, per solid angle, of a direction from `sample_cone` about a lamp from `sample_lamp`. */
+/* The pdf, per solid angle, of a direction from `sample_cone` about a lamp from `sample_lamp`. */
 float pdf_lamps(LampList lamps, vector w)
 {
-  float density = 0.0;
+  float pdf = 0.0;
   float light = 0.0;
   for (int i = 0; i < lamps.count; i++) {
     if (lamps.radius[i] >= SMALL_LAMP_RADIUS) {
       float exponent = cone_exponent(lamps.radius[i]);
       light += lamps.light[i];
-      density += lamps.light[i] * (exponent + 1.0) / M_2PI * pow(max(dot(w, lamps.direction[i]), 0.0), exponent);
+      pdf += lamps.light[i] * (exponent + 1.0) / M_2PI * pow(max(dot(w, lamps.direction[i]), 0.0), exponent);
     }
   }
-  return density / light;
+  return pdf / light;
 }

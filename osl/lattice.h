@@ -3,6 +3,9 @@
  * fitter/lattice/dense.py describes the boxes of control points. Cells are counted from the middle of the cube, where
  * single precision is finest. */
 
+#include "perfect_hash.h"
+#include "values.h"
+
 /* Uniform cubic B-spline basis. */
 void bspline_basis(float s, output float w[4])
 {

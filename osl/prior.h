@@ -1,4 +1,7 @@
 /* The prior of a fit, 1/sr: a Lambertian and lobes of four kinds; see fitter/model/microfacet.py. */
+
+#include "values.h"
+
 #if LOG_RELATIVE
 #if PRIOR_ANISOTROPIC
 /* (slope / width)^2 along both axes of a lobe, and 1, by the same of widths of 1. */
@@ -15,7 +18,7 @@ float cone(float t, float gamma)
 }
 
 /* The length of a direction whose part in the surface is scaled by the roughness along each axis of a lobe. */
-float longer(vector w, float c, float s, float m, float m_across)
+float smith_length(vector w, float c, float s, float m, float m_across)
 {
   float along = (c * w[0] + s * w[1]) * m;
   float across = (c * w[1] - s * w[0]) * m_across;
@@ -42,7 +45,7 @@ VALUE eval_prior(vector wi, vector wo)
 #define ANISOTROPIC_LOBE(ks, c, s, inverse_along, inverse_across, gamma, f0, m, m_across) \
   b += ks * (pow(steepness(slope_x, slope_y, c, s, inverse_along, inverse_across), -gamma) * \
              (f0 + (1.0 - f0) * grazing) * 0.5 / \
-             (wo[2] * longer(wi, c, s, m, m_across) + wi[2] * longer(wo, c, s, m, m_across) + DENSEST));
+             (wo[2] * smith_length(wi, c, s, m, m_across) + wi[2] * smith_length(wo, c, s, m, m_across) + DENSEST));
 #define FIBRE(ks, c, s, inverse_alpha, dip, gamma, f0) \
   b += ks * (0.5 * (cone((c * h[0] + s * h[1] - dip * h[2]) * inverse_alpha, gamma) + \
                     cone((c * h[0] + s * h[1] + dip * h[2]) * inverse_alpha, gamma)) * \

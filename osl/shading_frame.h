@@ -55,8 +55,8 @@ ShadingFrame shading_frame(normal shading_normal, normal surface_normal, vector 
   frame.y = normalize(cross(frame.z, tangent));
   frame.x = cross(frame.y, frame.z);
 #if ANISOTROPIC
-  float turn = M_2PI * Rotation + PRINCIPAL_TURN;
-  frame.x = cos(turn) * frame.x + sin(turn) * frame.y;
+  float azimuth = M_2PI * Rotation + PRINCIPAL_AZIMUTH;
+  frame.x = cos(azimuth) * frame.x + sin(azimuth) * frame.y;
   frame.y = cross(frame.z, frame.x);
   frame.wo = to_local(frame, to_viewer);
 #else
@@ -70,8 +70,8 @@ ShadingFrame shading_frame(normal shading_normal, normal surface_normal, vector 
 #if ANISOTROPIC
 vector to_fit(vector w)
 {
-  return vector(cos(PRINCIPAL_TURN) * w[0] - sin(PRINCIPAL_TURN) * w[1],
-                sin(PRINCIPAL_TURN) * w[0] + cos(PRINCIPAL_TURN) * w[1], w[2]);
+  return vector(cos(PRINCIPAL_AZIMUTH) * w[0] - sin(PRINCIPAL_AZIMUTH) * w[1],
+                sin(PRINCIPAL_AZIMUTH) * w[0] + cos(PRINCIPAL_AZIMUTH) * w[1], w[2]);
 }
 #else
 #  define to_fit(w) w

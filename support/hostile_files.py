@@ -68,8 +68,8 @@ def _saved(count):
     """A small file of so many samples of one value."""
     header = {"format": "measured-brdf-samples", "version": 1, "name": "", "source": "", "notes": [],
               "channels": list("RGB"), "isotropic": True}
-    return npz.written({"samples": np.array(json.dumps(header)), "directions": np.full((4, count), 0.5, np.float32),
-                        "values": np.full((count, 3), 0.2, np.float32)})
+    return npz.to_bytes({"samples": np.array(json.dumps(header)), "directions": np.full((4, count), 0.5, np.float32),
+                         "values": np.full((count, 3), 0.2, np.float32)})
 
 
 def _inflating_mat():

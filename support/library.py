@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitter.arrays import selected
+from fitter.arrays import select_directions
 from fitter.methods.energy import reflected_light
 from fitter.model import published
 from fitter.quality.cross_validation import cube_root
@@ -24,8 +24,8 @@ def swapped_error(name, fit):
     """The root mean square of differences of the cube roots of f cos theta_o, of which a white Lambertian's is 1, where
     the light comes from the direction from which samples up to `_STEEPEST` are seen, and is seen from that of their
     light: nobody sampled those."""
-    theta_i, phi_i, theta_o, phi_o = selected(at := published.directions(published.find(name).model),
-                                              np.maximum(at[0], at[2]) < _STEEPEST)
+    theta_i, phi_i, theta_o, phi_o = select_directions(at := published.directions(published.find(name).model),
+                                                       np.maximum(at[0], at[2]) < _STEEPEST)
     found, wanted = (cube_root(theta_i, np.pi * each.evaluate(theta_o, phi_o, theta_i, phi_i))
                      for each in (fit, published.find(name).model))
     return float(np.sqrt(((found - wanted) ** 2).mean()))

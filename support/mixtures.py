@@ -61,6 +61,6 @@ def density(mixture, wo, wi):
 
     shape = node_lobes.Shape(*(at(each) for each in mixture.shape))
     pairs = node_lobes.Pairs.make(wo[None], wi[None], np.array([[1.0, 0, 0]]))
-    found = [node_lobes.density(kind, node_lobes.Shape(*(each[[number]] for each in shape)), pairs)[0]
+    found = [node_lobes.pdf(kind, node_lobes.Shape(*(each[[number]] for each in shape)), pairs)[0]
              for number, kind in enumerate(mixture.kinds)]
-    return at(mixture.sampling.shares) @ np.array([*found, np.full(len(wi), 1 / (2 * np.pi))])
+    return at(mixture.sampling.selection_probabilities) @ np.array([*found, np.full(len(wi), 1 / (2 * np.pi))])

@@ -17,8 +17,8 @@ PROBE = """
 #include "fit.h"
 #include "mixture.h"
 #include "lamps.h"
-#include "lamp_lobes.h"
-#include "remainder.h"
+#include "light_lobes.h"
+#include "residual.h"
 %s
 shader probe(output closure color Result = 0)
 {

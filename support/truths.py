@@ -98,7 +98,7 @@ def _retro(peak, degrees, kd, coat):
         lobe = np.exp(-(np.arccos(cosine) / np.radians(degrees)) ** 2) + 0.08 * np.exp(
             -np.arccos(cosine) / np.radians(4 * degrees))
         fall = 1 / (1 + np.exp((np.maximum(np.arccos(at.cos_i), np.arccos(at.cos_o)) - 0.9) / 0.1))
-        return np.asarray(kd) + np.asarray(peak) * (lobe * fall)[:, None] + coat.at(at)
+        return np.asarray(kd) + np.asarray(peak) * (lobe * fall)[:, None] + coat.evaluate_geometry(at)
     return function
 
 
@@ -112,7 +112,7 @@ def _two_coats(kd, base, coat):
     def function(*directions):
         at = geometry(*directions)
         through = (1 - (1 - at.cos_i) ** 5) * (1 - (1 - at.cos_o) ** 5)
-        return (np.asarray(kd) + base.evaluate(*directions)) * through[:, None] + coat.at(at)
+        return (np.asarray(kd) + base.evaluate(*directions)) * through[:, None] + coat.evaluate_geometry(at)
     return function
 
 
@@ -122,7 +122,7 @@ def _interference(thickness, base, coat):
         at = geometry(*directions)
         inside = np.sqrt(1 - (1 - at.cos_d ** 2) / 1.5 ** 2)
         phase = 4 * np.pi * thickness * inside[:, None] / np.array([610.0, 540.0, 460.0])
-        return base.at(at) * (0.55 + 0.45 * np.cos(phase)) + coat.at(at)
+        return base.evaluate_geometry(at) * (0.55 + 0.45 * np.cos(phase)) + coat.evaluate_geometry(at)
     return function
 
 

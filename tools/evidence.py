@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from fitter.storage.files import replacing
+from fitter.storage.files import replace_file
 from support.checkout import ROOT
 from support.evidence import END, FITS, SHADER, digest
 
@@ -181,7 +181,7 @@ def make(name):
         new = written(text, bodies, known)
         new = pictured(new, entry.pictures, known) if page == PICTURES else new
         if new != text:
-            with replacing(page, "w") as stream:
+            with replace_file(page, "w") as stream:
                 stream.write(new)
 
 

@@ -31,7 +31,7 @@ def main():
     folder, which = vars(parser.parse_args()).values()
     folder.mkdir(parents=True, exist_ok=True)
     start = time.perf_counter()
-    names = sorted(each.name for each in published.offered()
+    names = sorted(each.name for each in published.list_offered()
                    if which == "all" or each.name.endswith("-polished") or each.name in FEW)
     with ProcessPoolExecutor() as pool:
         sizes = [*pool.map(partial(write, folder), names)]

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ...fitter.colours import DEFAULT, conversion
-from ...fitter.cycles.metallic_roughness import closest, difference
+from ...fitter.cycles.metallic_roughness import difference, fit_metallic_roughness
 from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.model import is_isotropic
 from ...fitter.model.mix import Mix
@@ -73,7 +73,7 @@ def bake(material: bpy.types.Material, size: int) -> Maps:
 
 def _fitted(material: bpy.types.Material) -> dict[str, Any]:
     """The values of a material's fit that images have."""
-    close = closest(_reflectance(material))
+    close = fit_metallic_roughness(_reflectance(material))
     return {COLOUR: np.clip(close.base_color, 0, 1), ROUGHNESS: close.roughness, METALLIC: close.metallic}
 
 

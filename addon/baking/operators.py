@@ -64,9 +64,9 @@ say how far they are from the measurement"""
         for line in maps.lost:
             self.report({"WARNING"}, f"{target.name}: {line}")
         mean, most = float(maps.errors.mean()), float(maps.errors.max())
-        judged = verdict.judged(f"On a sphere {mean:.1f} steps of lightness from the measurement's fit"
-                                + (f", {most:.1f} where the images are farthest" if len(maps.errors) > 1 else ""),
-                                most, verdict.MATCH_LIMITS)
+        farthest = f", {most:.1f} where the images are farthest" if len(maps.errors) > 1 else ""
+        message = f"On a sphere {mean:.1f} steps of lightness from the measurement's fit{farthest}"
+        judged = verdict.grade_message(message, most, verdict.MATCH_LIMITS)
         self.report({"WARNING"} if judged.is_bad else {"INFO"}, judged.words)
         self.report({"INFO"}, f"Baked {', '.join(written or names)}")
         return {"FINISHED"}

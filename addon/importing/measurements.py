@@ -69,7 +69,7 @@ def draw_source(layout: bpy.types.UILayout, material: bpy.types.Material) -> Non
 
 def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
     """Draw which file it is, which sample of it, and how it is read; a published fit has none."""
-    if published.name_in(settings.filepath) is not None:
+    if published.parse_virtual_path(settings.filepath) is not None:
         return
     layout.prop(settings, "filepath")
     if "sample" in choices_of(settings.filepath):

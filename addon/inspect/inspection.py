@@ -11,7 +11,7 @@ from ...fitter.arrays import ArrayLike, BoolArray, FloatArray
 from ...fitter.imaging.drawing import Color
 from ...fitter.imaging.lobe import RADII, Lobe, Radius, lobe_surface, plane_curve
 from ...fitter.imaging.plane_plot import Curve, Plane, Plotted, curves
-from ...fitter.methods import beyond
+from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance, is_isotropic
 from ..core.annotations import not_none
 from .plot import Plot
@@ -33,7 +33,7 @@ class InspectedSurface(NamedTuple):
     fit: Reflectance
     name: str
     space: str
-    reaches: tuple[beyond.Reach, ...] = ()
+    reaches: tuple[extrapolation.MeasuredDomain, ...] = ()
     note: str = ""
 
     @property
@@ -170,7 +170,7 @@ class Inspection:
     def guessed(self, theta: FloatArray) -> BoolArray:
         """Whether nobody measured what leaves at polar angles (n,), radians; they may be negative."""
         reaches = () if self.shown is None else self.shown.reaches
-        return beyond.are_of_any(np.full(len(theta), self.theta_i), np.abs(theta), reaches)
+        return extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta), reaches)
 
     def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
         if self.shown is None:

@@ -118,7 +118,8 @@ class Session:
         changed = inspection.show(_displayed_fit(material, job, inspection.spot.masked), _pinned_fit(material))
         samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
         if samples is not None and samples.finished is not None:
-            source = "measured" if published.name_in(material.measured_brdf.filepath) is None else "published fit"
+            name = published.parse_virtual_path(material.measured_brdf.filepath)
+            source = "measured" if name is None else "published fit"
             measured = None if samples.result is None else Measurements(*samples.result, source)
             changed |= measured is not inspection.samples and not _same(measured, inspection.samples)
             inspection.samples = measured

@@ -18,7 +18,7 @@ import bpy
 from ... import fitter
 from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT
-from ...fitter.storage.files import remove_left
+from ...fitter.storage.files import remove_stale_parts
 from ..core.annotations import Arguments, not_none
 from ..core.libraries import assets, library_file
 from ..core.shading import material as materials
@@ -198,7 +198,7 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
     total = sum(map(len, planned.values()))
     done, waiting = 0, [*planned.get(None, ())]
     folder = path.with_suffix(".fits")
-    remove_left(folder)         # none is being written: the library is locked
+    remove_stale_parts(folder)         # none is being written: the library is locked
     existing, is_written = iter(parts), False
     while (old := next(existing, None)) or waiting:
         is_new = old is None

@@ -12,7 +12,7 @@ import bpy
 
 from ...fitter import cli
 from ...fitter.colours import DEFAULT
-from ...fitter.storage.files import real
+from ...fitter.storage.files import real_path
 from ..core.blender import osl_support
 from ..core.libraries import assets, library_file
 from ..core.shading import look
@@ -89,19 +89,19 @@ def _shard(text: str) -> tuple[int, int]:
 def _choices(options: argparse.Namespace) -> Choices:
     choices: Choices = SimpleNamespace(**dict.fromkeys(CHOICES))
     use_preset(choices, options.preset)
-    for name, value in cli.levels_of(options).items():
+    for name, value in cli.level_arguments(options).items():
         setattr(choices, name, NO_SPECULAR_LEVEL if value is None else value)
     choices.use_tolerance = options.tolerance is not None
     choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
     choices.rendering = options.rendering
-    use_reading(choices, cli.reading_of(options))
+    use_reading(choices, cli.reading_arguments(options))
     return choices
 
 
 def _convert(options: argparse.Namespace) -> int:
     sources, failures = _sources(options)
     part, parts = options.shard
-    out = real(options.out)
+    out = real_path(options.out)
     may_be_empty = parts > 1 and len(sources) > 0
     if parts > 1:       # all failures stay known to each part: it may hold older materials of those files
         sources = _share(sources, failures, part, parts)
@@ -134,7 +134,7 @@ def _share(sources: Iterable[Source], failures: Iterable[Failure], part: int, pa
 
 def _save(options: argparse.Namespace) -> int:
     with quiet():
-        names = library_file.merge(options.source, real(options.out), options.force)
+        names = library_file.merge(options.source, real_path(options.out), options.force)
     if report := report_of(options):
         rows = [Row(name, "saved") for name in names]
         report.result({"path": str(options.out), "rows": rows})
@@ -155,7 +155,7 @@ def _render(options: argparse.Namespace) -> int:
             with quiet():
                 made = tasks.outcome(path, sample, fit_arguments(choices), how=how)
                 item = materials.create(made, choices, bpy.context)
-                look.render(scene, item, real(out) / f"{assets.file_name(item.name)}.png")
+                look.render(scene, item, real_path(out) / f"{assets.file_name(item.name)}.png")
         except (ValueError, RuntimeError) as error:
             rows.append(Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
         else:

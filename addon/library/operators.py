@@ -7,7 +7,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...fitter.arrays import SingleArray
-from ...fitter.storage.files import real
+from ...fitter.storage.files import real_path
 from ..core import preferences
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.blender.active_material import active_material
@@ -19,7 +19,7 @@ from ..work import process, queries, tasks
 from ..work.blender_process import Command
 from ..work.modal import InBackground, errors_reported
 
-_ROOT = real(Path(__file__).parents[2])
+_ROOT = real_path(Path(__file__).parents[2])
 _THIS_FILE = "LOCAL"        # in the place of the path of a library
 _items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
 
@@ -59,11 +59,11 @@ def _libraries(_operator: object, context: bpy.types.Context | None) -> list[tup
     """
     if context is None:
         return []
-    own, extensions = preferences.get(context).asset_library, real(bpy.utils.user_resource("EXTENSIONS"))
+    own, extensions = preferences.get(context).asset_library, real_path(bpy.utils.user_resource("EXTENSIONS"))
     libraries = [(own, "Measured BRDF")] if own else []
     libraries += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries
-              if each.path and extensions not in real(bpy.path.abspath(each.path)).parents
-              and _ROOT not in real(bpy.path.abspath(each.path)).parents]
+              if each.path and extensions not in real_path(bpy.path.abspath(each.path)).parents
+              and _ROOT not in real_path(bpy.path.abspath(each.path)).parents]
     _items[:] = [(path, name, f"Save into {path}") for path, name in dict(libraries).items()]
     _items.append((_THIS_FILE, "Current File", "Make the material an asset of the open file"))
     return _items
@@ -154,7 +154,7 @@ in other files"""
         """The .blend in the library for the active material; None if no library is named."""
         folder = self.directory or preferences.get(context).asset_library
         name = assets.file_name(not_none(active_material(context)).name)
-        return real(bpy.path.abspath(folder)) / f"{name}.blend" if folder else None
+        return real_path(bpy.path.abspath(folder)) / f"{name}.blend" if folder else None
 
 
 def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
@@ -167,7 +167,7 @@ def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
 
 def _add_library(context: bpy.types.Context, folder: Path) -> None:
     libraries = context.preferences.filepaths.asset_libraries
-    if not any(real(bpy.path.abspath(known.path)) == real(folder) for known in libraries):
+    if not any(real_path(bpy.path.abspath(known.path)) == real_path(folder) for known in libraries):
         libraries.new(name="Measured BRDF", directory=str(folder))
 
 

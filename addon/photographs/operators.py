@@ -12,7 +12,7 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.photographs.setup import Resolved
-from ...fitter.storage.files import replacing
+from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import osl_support, targets
 from ..core.blender.transaction import by_session_uid
@@ -250,7 +250,7 @@ them"""
         settings = photographs.get(scene)
         ball, energy, colour = settings.ball, *light_of(intensity)
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
-        with replacing(outcome.measured.path) as stream:
+        with replace_file(outcome.measured.path) as stream:
             stream.write(content)
         made = ball.active_material
         if made is not None and made.is_editable and material.is_measured(made):

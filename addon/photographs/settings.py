@@ -194,8 +194,8 @@ def active(settings: Any) -> Any:
 
 def judged(shot: Any) -> verdict.Judgement:
     """How far a render is from a photograph that it was compared with, in words."""
-    return verdict.judged(f"{shot.name}: the render differs by {shot.difference:.1%}", shot.difference,
-                          verdict.PREDICTED_LIMITS)
+    return verdict.grade_message(f"{shot.name}: the render differs by {shot.difference:.1%}", shot.difference,
+                                 verdict.PREDICTED_LIMITS)
 
 
 def surface(settings: Any) -> Any:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ...fitter import cli
-from ...fitter.storage.files import real
+from ...fitter.storage.files import real_path
 from ..work.command import quiet, report_of
 from . import starter
 
@@ -17,7 +17,7 @@ def add(commands: Any) -> None:
 
 
 def _starter(options: Any) -> int:
-    out = real(options.out)
+    out = real_path(options.out)
     out.mkdir(parents=True, exist_ok=True)
     report = report_of(options)
     with quiet():

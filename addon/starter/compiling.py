@@ -12,7 +12,7 @@ from bpy.app.handlers import persistent
 from ...fitter import DatasetError
 from ...fitter.cycles.bake import bake
 from ...fitter.library import ready
-from ...fitter.model.published import name_in
+from ...fitter.model.published import parse_virtual_path
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.shading import compiler, node_group
@@ -30,7 +30,7 @@ def compile_used() -> int:
         if _is_waiting(item):
             waiting[not_none(materials.group_node(item)).node_tree].append(item)
     for tree, users in waiting.items():
-        name = not_none(name_in(users[0].measured_brdf.filepath))
+        name = not_none(parse_virtual_path(users[0].measured_brdf.filepath))
         try:
             made = ready.find(name)
             if tasks.kept_bytes(made.fit) == node_group.kept_fit(tree):
@@ -45,7 +45,7 @@ def compile_used() -> int:
 
 
 def _is_waiting(material: bpy.types.Material) -> bool:
-    name = name_in(material.measured_brdf.filepath)
+    name = parse_virtual_path(material.measured_brdf.filepath)
     if name is None or not material.is_editable or material.override_library is not None:
         return False
     node = materials.group_node(material)

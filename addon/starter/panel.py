@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ...fitter.library.matching import match_lines
-from ...fitter.model.published import Published
+from ...fitter.model.published import PublishedMaterial
 from ...fitter.model.translucent import TRANSLUCENT
 from ..core import manual, preferences
 from ..core.annotations import not_none
@@ -181,7 +181,8 @@ def _draw_buttons(cell: bpy.types.UILayout, lines: tuple[str, ...], operator: st
     return [picture_button(cell, operator, icon_id, scale), *(cell.operator(operator, text=line) for line in lines)]
 
 
-def _draw_finishes(cell: bpy.types.UILayout, group: list[Published], lines: tuple[str, ...], scale: float) -> None:
+def _draw_finishes(cell: bpy.types.UILayout, group: list[PublishedMaterial], lines: tuple[str, ...], scale: float,
+                   ) -> None:
     """Draw the picture and the name of a material, and beside it the pictures of a metal's other finishes."""
     first, *others = group
     use, row = library.MEASUREDBRDF_OT_use_published.bl_idname, cell.row(align=True)

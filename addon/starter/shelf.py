@@ -49,7 +49,7 @@ nearest: list[Match] = []
 """What the last photograph was matched with."""
 
 
-def favourites() -> list[published.Published]:
+def favourites() -> list[published.PublishedMaterial]:
     """The user's favourite materials, those chosen last first; names that this version does not know are left out."""
     names = preferences.get(bpy.context).favourites.split(",")
     return [published.materials()[name] for name in names if name in published.materials()]
@@ -75,22 +75,22 @@ def toggle_favourite(name: str) -> bool:
 
 def tags() -> list[str]:
     """The tags of the materials that are offered."""
-    used = {tag for each in published.offered() for tag in each.tags}
+    used = {tag for each in published.list_offered() for tag in each.tags}
     return [tag for tag in published.TAGS if tag in used]
 
 
-def offered(search: str, tag: str) -> list[published.Published]:
+def offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     """The published materials that have a tag (or `ALL`), and all words of a search in name, label or tags: metals
     in the order of their table, then the brightest first, since dark ones look alike."""
     words = search.lower().split()
-    found = [each for each in published.offered() if tag in (ALL, *each.tags)
+    found = [each for each in published.list_offered() if tag in (ALL, *each.tags)
              and all(word in f"{each.name} {each.label} {' '.join(each.tags)} {each.words}".lower() for word in words)]
     return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
 
 
-def by_substance(found: Sequence[published.Published]) -> list[list[published.Published]]:
+def by_substance(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
     """Published materials, the finishes of a metal together."""
-    groups: dict[str, list[published.Published]] = {}
+    groups: dict[str, list[published.PublishedMaterial]] = {}
     for each in found:
         groups.setdefault(each.substance if each.is_computed else each.name, []).append(each)
     return [*groups.values()]

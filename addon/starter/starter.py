@@ -15,7 +15,7 @@ from ...fitter.colours import DEFAULT
 from ...fitter.imaging.pictures import thumbnail
 from ...fitter.library import ready
 from ...fitter.model import published
-from ...fitter.storage.files import replacing
+from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import previews
 from ..core.libraries import assets, library_file
@@ -67,7 +67,7 @@ def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
 
     Raises LibraryError or OSError if it cannot be written, or another file has its name.
     """
-    everything = [each for each in published.offered() if ready.is_there(each.name) or not only_ready]
+    everything = [each for each in published.list_offered() if ready.is_there(each.name) or not only_ready]
     if not everything:
         raise library_file.LibraryError(f"{ready.FOLDER} holds no fit of the library. python -m tools.ready_fits makes "
                                         "them.")
@@ -82,11 +82,11 @@ def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
         library_file.save_part(path, opened)
         kinds = {_catalogue(each.tags[0]) for each in everything}
         assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(kinds)])
-        with replacing(out / _VERSION, "w") as stream:
+        with replace_file(out / _VERSION, "w") as stream:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
 
-def choices_of(wanted: published.Published) -> Choices:
+def choices_of(wanted: published.PublishedMaterial) -> Choices:
     """The choices of a material with the fit of the library."""
     choices = default_choices(wanted.path)
     use_preset(choices, ready.PRESET)
@@ -95,14 +95,14 @@ def choices_of(wanted: published.Published) -> Choices:
     return choices
 
 
-def _create(wanted: published.Published) -> bpy.types.Material:
+def _create(wanted: published.PublishedMaterial) -> bpy.types.Material:
     outcome = work.import_result(wanted.name, {"colours": DEFAULT})
     surface = outcome.surface
     uncompiled = Shader(surface.source, "", surface.nodes, surface.kept)
     return materials.create(outcome, choices_of(wanted), bpy.context, uncompiled)
 
 
-def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
+def _mark(material: bpy.types.Material, wanted: published.PublishedMaterial) -> None:
     material.asset_mark()
     data = not_none(material.asset_data)
     data.description = wanted.description

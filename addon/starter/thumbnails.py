@@ -18,7 +18,7 @@ from ...fitter.arrays import SingleArray
 from ...fitter.formats import EXTENSIONS, PLAIN, time_and_size
 from ...fitter.imaging.pictures import lit_sphere, thumbnail
 from ...fitter.model import published
-from ...fitter.storage.files import replacing
+from ...fitter.storage.files import replace_file
 from ..core import versions
 from ..core.annotations import Arguments
 from ..work import discovery, tasks
@@ -129,7 +129,7 @@ def _cached(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArra
     picture = np.round(np.clip(draw(), 0, 1) * 255).astype(np.uint8)
     with suppress(OSError):                             # without a cache it is drawn again the next time
         folder.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as stream:
+        with replace_file(path) as stream:
             np.save(stream, picture, allow_pickle=False)
         _forget_oldest(folder)
     return (picture / 255).astype(np.float32)

@@ -13,10 +13,10 @@ from ..work import tasks
 
 
 def matched(path: str, window: str) -> tuple[str, list[matching.Match]]:
-    """What `matching.nearest` says of a photograph of a ball. Raises DatasetError."""
+    """What `matching.find_nearest` says of a photograph of a ball. Raises DatasetError."""
     pixels = read_picture(path).pixels
     try:
-        return matching.nearest(np.broadcast_to(pixels, (*pixels.shape[:2], 3)), window)
+        return matching.find_nearest(np.broadcast_to(pixels, (*pixels.shape[:2], 3)), window)
     except DatasetError as error:
         raise DatasetError(str(error), path) from error
 

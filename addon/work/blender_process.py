@@ -14,7 +14,7 @@ from typing import IO, Any, cast
 
 import bpy
 
-from ...fitter.storage.files import replacing
+from ...fitter.storage.files import replace_file
 from . import process, shared
 from .job import Job, read_progress, write_progress
 from .process import WorkerError
@@ -40,7 +40,7 @@ class Report:
 
     def result(self, value: Any) -> None:
         """Write the result."""
-        with replacing(self._folder / "result.json", "w") as stream:
+        with replace_file(self._folder / "result.json", "w") as stream:
             json.dump(value, stream)
 
 

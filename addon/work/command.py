@@ -78,7 +78,7 @@ def answering(name: str, answer: Callable[[Path], None]) -> Callable[[Any], None
     writes the answer there."""
     def run(options: argparse.Namespace) -> int:
         report = Report(options.report_to)
-        with quiet(), progress.listening(report.progress):
+        with quiet(), progress.listen(report.progress):
             answer(Path(options.folder))
         report.result({})
         return 0

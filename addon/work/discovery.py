@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...fitter import DatasetError
 from ...fitter.formats import EXTENSIONS, PLAIN, is_read_with_another, is_recognised, list_samples
-from ...fitter.model.published import name_in
+from ...fitter.model.published import parse_virtual_path
 
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 _MOST = 20_000              # files and folders that are looked at: in a large tree, those nearest to its root
@@ -38,7 +38,7 @@ def files_in(paths: Iterable[str | Path], columns: str | None = None) -> list[Pa
     """
     files: list[Path] = []
     for path in map(Path, paths):
-        if name_in(path) is not None or not path.is_dir():
+        if parse_virtual_path(path) is not None or not path.is_dir():
             files.append(path)
         else:
             files += sorted(item for item in path.iterdir() if _is_measurement(item, columns))
@@ -52,7 +52,7 @@ def _is_measurement(file: Path, columns: str | None) -> bool:
 
 def passed_over(paths: Iterable[str | Path], columns: str | None = None) -> list[str]:
     """A line for each of these folders below which there are files of measurements that `files_in` does not find."""
-    folders = [path for path in map(Path, paths) if name_in(path) is None and path.is_dir()]
+    folders = [path for path in map(Path, paths) if parse_virtual_path(path) is None and path.is_dir()]
     given = {os.path.realpath(folder) for folder in folders}
     lines = []
     for folder in folders:

@@ -10,7 +10,7 @@ import numpy as np
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
 from ...fitter.imaging.packed_picture import unpacked
-from ...fitter.methods import beyond
+from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance
 from ..core.annotations import Arguments, not_none
 from ..core.shading import material as materials
@@ -115,10 +115,10 @@ def _mixed(node: bpy.types.Node | None, masked: float | None = None) -> Embedded
     return KeptMix(base, on_top, masked if share is None else share)
 
 
-def reaches(material: bpy.types.Material) -> tuple[beyond.Reach, ...]:
+def reaches(material: bpy.types.Material) -> tuple[extrapolation.MeasuredDomain, ...]:
     """How far the measurements of a material go, or of those that it mixes, as far as that is known."""
     angles = [(part.measured_brdf.farthest, part.measured_brdf.least) for part in materials.measured_parts(material)]
-    return tuple(beyond.Reach(*np.radians(each).tolist()) for each in angles if min(each) > 0)
+    return tuple(extrapolation.MeasuredDomain(*np.radians(each).tolist()) for each in angles if min(each) > 0)
 
 
 def near_plane(material: bpy.types.Material, theta_i: float,

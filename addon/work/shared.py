@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...fitter import progress
-from ...fitter.storage.files import replacing
+from ...fitter.storage.files import replace_file
 from .job import Job, read_progress, write_progress
 
 _Result = TypeVar("_Result")
@@ -38,9 +38,9 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
             os.utime(path)
             known: _Result = pickle.loads(path.read_bytes())
             return known
-        with progress.overheard(lambda fraction, doing: write_progress(_progress_of(path), fraction, doing)):
+        with progress.listen_also(lambda fraction, doing: write_progress(_progress_of(path), fraction, doing)):
             result = work()
-        with contextlib.suppress(OSError), replacing(path) as stream:
+        with contextlib.suppress(OSError), replace_file(path) as stream:
             pickle.dump(result, stream)
     _forget_oldest(path.parent)
     return result

@@ -21,7 +21,7 @@ from ...fitter.formats import time_and_size
 from ...fitter.imaging import pictures, plane_plot
 from ...fitter.imaging.packed_picture import SIZE, packed
 from ...fitter.library.ready import Ready
-from ...fitter.methods import beyond, tolerance
+from ...fitter.methods import extrapolation, tolerance
 from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
@@ -33,7 +33,7 @@ from ..core.storage.outcomes import Data, EmbeddedFit, FitRequest, Fitted, KeptM
 from . import discovery, shared
 from .recent import Recent
 
-Reaching = tuple[Shown, tuple[beyond.Reach, ...]]
+Reaching = tuple[Shown, tuple[extrapolation.MeasuredDomain, ...]]
 """A fit, and how far its measurements go, as far as that is known."""
 
 Rebaked = tuple[str, Nodes, bytes]
@@ -128,7 +128,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments,
     """
     progress.report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
-    if ask and (doubt := albedo.doubt(samples)):
+    if ask and (doubt := albedo.implausibility_message(samples)):
         raise fitter.ImplausibleError(f"{doubt} Choose what the numbers are, or import them as they are", path)
     share = _share_of_fit(samples, arguments)
     with progress.part(0.0, share, "Fitting"):
@@ -230,7 +230,7 @@ def _finish(samples: fitter.Samples, measured: Measurement, fitting: Fitted, mad
             edit: Arguments) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.judge(samples, fitting.fit, fitting.unseen),
-                   _surface(made, measured.colours, edit), albedo.doubt(samples))
+                   _surface(made, measured.colours, edit), albedo.implausibility_message(samples))
 
 
 def adjusted(kept: EmbeddedFit, edit: Arguments) -> Surface:
@@ -276,7 +276,8 @@ def _fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
 
 
 def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
-    """`verdict.steps` at samples that the fit had not seen, where that takes no longer than the fit; else UNKNOWN.
+    """`verdict.lightness_error` at samples that the fit had not seen, where that takes no longer than the fit; else
+    UNKNOWN.
 
     Kriging predicts each sample from the others in passing; a fit that does not follow its samples does no better.
     """
@@ -287,13 +288,13 @@ def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prep
         left_out = prepared["estimated"].left_out
         if left_out is None:
             return verdict.UNKNOWN
-        return math.hypot(verdict.steps(samples, left_out[:, columns]),
-                          verdict.steps(samples, fitting.fit.evaluate(*samples.directions)))
+        return math.hypot(verdict.lightness_error(samples, left_out[:, columns]),
+                          verdict.lightness_error(samples, fitting.fit.evaluate(*samples.directions)))
     if len(samples) > _QUICK:
         return verdict.UNKNOWN
     if "tolerance" in arguments:
-        arguments = tolerance.arguments_of(fitting.fit)
-    return verdict.unseen(samples, lambda part: fit(part, arguments))
+        arguments = tolerance.fit_arguments(fitting.fit)
+    return verdict.unseen_error(samples, lambda part: fit(part, arguments))
 
 
 def _prepared(samples: fitter.Samples, key: str, arguments: Arguments) -> Arguments:
@@ -330,7 +331,7 @@ def held_out(data: Data, arguments: Arguments) -> float:
     samples, folds = samples_of(data), iter(range(cross_validation.FOLDS))
     if "tolerance" in arguments:
         progress.report(0.0, "Fitting")
-        arguments = tolerance.arguments_of(fitted(samples, data.digest, arguments).fit)
+        arguments = tolerance.fit_arguments(fitted(samples, data.digest, arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
@@ -338,7 +339,7 @@ def held_out(data: Data, arguments: Arguments) -> float:
         with progress.part(begin, end, "Testing at unseen angles"):
             return fit(part, arguments)
 
-    return cross_validation.held_out(samples, reported_fit).rmse
+    return cross_validation.cross_validate(samples, reported_fit).rmse
 
 
 def lit_sphere(shown: Shown, edit: Arguments | None) -> SingleArray:

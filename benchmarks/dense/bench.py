@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitter.storage.files import replacing
+from fitter.storage.files import replace_file
 
 from ..harness import running
 from . import judging, sheet, summary
@@ -11,7 +11,7 @@ from . import judging, sheet, summary
 def _judged(material, out):
     """The record of a material. Its pictures are written beside."""
     record, pictures = judging.judge(material)
-    with replacing(sheet.pictures_of(record, out), "wb") as stream:
+    with replace_file(sheet.pictures_of(record, out), "wb") as stream:
         np.savez_compressed(stream, **pictures)
     return record
 

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitter.storage.files import replacing
+from fitter.storage.files import replace_file
 from support.checkout import ROOT
 from support.evidence import FITS, digest
 
@@ -107,7 +107,7 @@ def run(bench, things, out, jobs=1, resume=False):
     lines = out / "progress.jsonl"
     finished = {record["name"]: record for record in recorded(lines)
                 if resume and record["code"] == code and bench.is_whole(record, out)}
-    with replacing(lines, "w") as stream:
+    with replace_file(lines, "w") as stream:
         stream.writelines(json.dumps(record) + "\n" for record in finished.values())
     wanted = [each for each in things if each.name not in finished]
     before, start = len(things) - len(wanted), time.perf_counter()
@@ -123,7 +123,7 @@ def run(bench, things, out, jobs=1, resume=False):
     results = {"code": code, "seconds": sum(record["seconds"] for record in records),
                "machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
                bench.things: records}
-    with replacing(out / "results.json", "w") as stream:
+    with replace_file(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
     return results
 

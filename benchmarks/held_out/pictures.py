@@ -9,7 +9,7 @@ import re
 import numpy as np
 
 from fitter.imaging.pictures import LIGHTS, lit_sphere, reflected, sphere
-from fitter.storage.files import replacing
+from fitter.storage.files import replace_file
 
 from ..report.methods import METHODS
 from ..report.plots import pyplot, save
@@ -38,7 +38,7 @@ def write(found, models, out):
     shown = {name: reference, **({OWN: models[OWN]} if OWN in models else {}), **models}
     lights = exposed(reference, TELLING[found.name])
     spheres = np.stack([lit_sphere(model, SIZE, lights) for model in shown.values()])
-    with replacing(path(out, found.name)) as stream:
+    with replace_file(path(out, found.name)) as stream:
         np.savez_compressed(stream, names=list(shown), spheres=np.round(255 * spheres).astype(np.uint8))
 
 

@@ -27,7 +27,7 @@ import numpy as np
 from fitter import DatasetError
 from fitter.cli import show_progress
 from fitter.formats import list_samples, load
-from fitter.storage.files import replacing
+from fitter.storage.files import replace_file
 from support import checkout
 
 from . import comparison, figures, markdown, plots, tables, times
@@ -82,12 +82,12 @@ def write(paths, out, jobs=1, progress=lambda done, total, name: None, calls=tim
     plots.draw(results, out)
     with _quiet():
         results["renders"] = figures.undetectable(shown[min(3, len(shown) - 1)], out)
-    with replacing(out / "results.json", "w") as stream:
+    with replace_file(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
     told = io.StringIO()
     with contextlib.redirect_stdout(told):
         markdown.show(results)
-    with replacing(out / "results.md", "w") as stream:
+    with replace_file(out / "results.md", "w") as stream:
         stream.write(f"# Results\n\n{results['machine']}\n\n{told.getvalue()}")
     return results
 

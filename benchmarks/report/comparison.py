@@ -42,7 +42,7 @@ def compare(samples: Samples, methods: Mapping[str, MakeModel] = METHODS) -> lis
         model = make(samples)
         fitted = time.process_time()
         evaluation, = interleaved({name: partial(model.evaluate, *pairs)}, _REPEATS).values()
-        held_out = cross_validation.held_out(samples, make)
+        held_out = cross_validation.cross_validate(samples, make)
         rows.append({"material": samples.name, "source": samples.source, "method": name,
                      "coefficients": model.coefficient_count, "bytes": model.nbytes, **at_samples(samples, model),
                      "held_out_rmse": held_out.rmse, "held_out_cube_root_rmse": held_out.cube_root_rmse,

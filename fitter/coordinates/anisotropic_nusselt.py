@@ -38,24 +38,24 @@ class AnisotropicNusselt:
         """
         p_i, p_o = (np.sin(np.asarray(theta, dtype=float)) * np.exp(1j * np.asarray(phi, dtype=float))
                     for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
-        return folded((p_i + p_o) / 2, (p_i - p_o) / 2)
+        return fold_difference((p_i + p_o) / 2, (p_i - p_o) / 2)
 
     def decode(self, x: ArrayLike) -> Directions:
         """Map coordinates (..., 4) to four (...) arrays, radians; those outside the disk move to its rim."""
-        half, difference = unfolded(x)
+        half, difference = unfold_difference(x)
         p_i, p_o = half + difference, half - difference
         return (np.arcsin(np.minimum(np.abs(p_i), 1)), np.angle(p_i),
                 np.arcsin(np.minimum(np.abs(p_o), 1)), np.angle(p_o))
 
 
-def folded(half: ComplexArray, difference: ComplexArray) -> FloatArray:
+def fold_difference(half: ComplexArray, difference: ComplexArray) -> FloatArray:
     """Two points of the unit disk, (...) each, as (mu + 1) / 2: (..., 4), the last of at least 1/2."""
     half, difference = np.broadcast_arrays(half, difference)
     difference = np.where(difference.imag < 0, -difference, difference)
     return (np.stack([half.real, half.imag, difference.real, difference.imag], axis=-1) + 1) / 2
 
 
-def unfolded(x: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+def unfold_difference(x: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
     """The two points of coordinates (..., 4)."""
     a, b, c, d = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
     return a + 1j * b, c + 1j * d

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, ComplexArray, Directions, FloatArray
 from ..shader_constants import LEAST_HEIGHT_2
-from .anisotropic_nusselt import folded, unfolded
+from .anisotropic_nusselt import fold_difference, unfold_difference
 from .half_difference import unproject
 
 
@@ -56,13 +56,13 @@ class AnisotropicRusinkiewicz:
         length = np.sqrt(np.maximum(np.abs(both) ** 2 + (z_i + z_o) ** 2, LEAST_HEIGHT_2))
         h, h_z = both / length, (z_i + z_o) / length
         d = p_i - (length / 2 + z_i) / (1 + h_z) * h
-        return folded(self._stretched(h / (1 + 2 * h_z)), d / (1 + length))
+        return fold_difference(self._stretch(h / (1 + 2 * h_z)), d / (1 + length))
 
     def decode(self, x: ArrayLike) -> Directions:
         """Map coordinates (..., 4) to directions, four (...) arrays, radians. Those below the horizon move to it."""
-        half, difference = unfolded(x)
-        h, h_z = _unprojected(self._unstretched(half))
-        d, d_z = _unprojected(difference)
+        half, difference = unfold_difference(x)
+        h, h_z = _unproject(self._unstretch(half))
+        d, d_z = _unproject(difference)
         angles: list[FloatArray] = []
         for sign in (1, -1):
             # the turn that takes the normal to h, of sign d
@@ -72,18 +72,18 @@ class AnisotropicRusinkiewicz:
             angles += [np.arctan2(np.abs(p), np.maximum(z, 0)), np.angle(p) + self.turn]
         return angles[0], angles[1], angles[2], angles[3]
 
-    def _stretched(self, point: ComplexArray) -> ComplexArray:
+    def _stretch(self, point: ComplexArray) -> ComplexArray:
         u = self.along * point.real + 1j * self.across * point.imag
         length = np.maximum(np.abs(u), np.finfo(float).tiny)
         return np.asarray(u * (np.arcsinh(length) / length / np.arcsinh(max(self.along, self.across))))
 
-    def _unstretched(self, point: ComplexArray) -> ComplexArray:
+    def _unstretch(self, point: ComplexArray) -> ComplexArray:
         length, scale = np.maximum(np.abs(point), np.finfo(float).tiny), np.arcsinh(max(self.along, self.across))
         u = point * (np.sinh(scale * length) / length)
         return np.asarray(u.real / self.along + 1j * u.imag / self.across)
 
 
-def _unprojected(point: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+def _unproject(point: ComplexArray) -> tuple[ComplexArray, FloatArray]:
     """A point of the disk as a direction: its part in the surface and its height, (...) each."""
     radius = np.abs(point)
     theta = unproject(np.minimum(radius, 1))

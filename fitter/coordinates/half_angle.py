@@ -72,8 +72,8 @@ class HalfAngle:
         rise = (pair.cos_o - pair.cos_i) / (2 * (1 + length))
         near = r * length / spread                          # r^2 / sin theta_h
         x = np.clip(rise * near / (r ** 2 + self.softening ** 2), -d, d)
-        h, _ = stretch.stretched(r, np.zeros_like(r), self.stretch)
-        x, y = stretch.stretched(x, np.sqrt(np.maximum(d ** 2 - x ** 2, 0)), self.back_stretch)
+        h, _ = stretch.stretch_half_vector(r, np.zeros_like(r), self.stretch)
+        x, y = stretch.stretch_half_vector(x, np.sqrt(np.maximum(d ** 2 - x ** 2, 0)), self.back_stretch)
         return (np.stack(np.broadcast_arrays(h, x, y), axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
@@ -82,9 +82,9 @@ class HalfAngle:
         Directions below the horizon are moved to it.
         """
         h, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
-        along, across = stretch.unstretched(along, across, self.back_stretch)
+        along, across = stretch.unstretch_half_vector(along, across, self.back_stretch)
         side = np.where(h < 0, -1.0, 1.0)
-        r, _ = stretch.unstretched(np.abs(h), np.zeros_like(h), self.stretch)
+        r, _ = stretch.unstretch_half_vector(np.abs(h), np.zeros_like(h), self.stretch)
         d = np.hypot(along, across)
         scale = r ** 2 / (r ** 2 + self.softening ** 2)
         cosine = np.divide(side * along, d * scale, out=np.zeros_like(d), where=d * scale > 0)

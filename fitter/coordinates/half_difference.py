@@ -73,7 +73,7 @@ class HalfDifference:
         in_frame = half * np.conj(difference) / d
         # y^2 = |H|^2 - x^2 as a sum of two squares, without cancellation
         rest = delta2 * np.sqrt(np.maximum(1 - length ** 4, 0) / (d2 + length ** 2)) * np.abs(half) / d
-        x, y = stretch.stretched(in_frame.real, np.hypot(in_frame.imag, rest), self.stretch)
+        x, y = stretch.stretch_half_vector(in_frame.real, np.hypot(in_frame.imag, rest), self.stretch)
         return (np.stack([d, x, y], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
@@ -82,7 +82,7 @@ class HalfDifference:
         Coordinates outside the image are moved to its rim: |H| is kept, |D| and H.D as far as possible.
         """
         d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
-        x, y = stretch.unstretched(along, across, self.stretch)
+        x, y = stretch.unstretch_half_vector(along, across, self.stretch)
         delta4 = self.softening ** 4
         length2 = np.sqrt(np.maximum(d ** 4 - delta4, 0) / (1 - delta4))
         half2 = x * x + y * y

@@ -127,7 +127,7 @@ class Rusinkiewicz:
         y = np.sqrt(along2 * over + pair.outer ** 2) / (np.sqrt(sum2) * s)
         spread = 1 + 2 * (pair.cos_i + pair.cos_o) / np.sqrt(sum2)
         d, x, y = np.broadcast_arrays(d, (pair.cos_o - pair.cos_i) / (2 * s) / spread, y / spread)
-        return (np.stack([d, *stretch.stretched(x, y, self.stretch)], axis=-1) + 1) / 2
+        return (np.stack([d, *stretch.stretch_half_vector(x, y, self.stretch)], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
         """Map coordinates (..., 3) to directions, four (...) arrays, radians; theta_i is in the plane of azimuth 0.
@@ -135,7 +135,7 @@ class Rusinkiewicz:
         Directions below the horizon are moved to it.
         """
         d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
-        x, y = stretch.unstretched(along, across, self.stretch)
+        x, y = stretch.unstretch_half_vector(along, across, self.stretch)
         delta2 = self.softening ** 2
         s = np.sin(half_difference.unproject(np.abs(d)))
         sin_d = np.minimum((np.maximum(s ** 4 - delta2 ** 2, 0) / (1 - delta2 ** 2)) ** 0.25, 1)

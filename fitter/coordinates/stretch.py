@@ -15,7 +15,7 @@ from ..shader_constants import LEAST_LENGTH
 NONE, LEAST, LARGEST = 0.0, 0.1, 1000.0     # LEAST of those that are not NONE: below, single precision shows
 
 
-def stretched(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:
+def stretch_half_vector(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:
     """Stretch half vectors: two (...) arrays to two (...) arrays."""
     if not k:
         return x, y
@@ -25,8 +25,8 @@ def stretched(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, Float
     return x * factor, y * factor
 
 
-def unstretched(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:
-    """The inverse of `stretched`."""
+def unstretch_half_vector(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:
+    """The inverse of `stretch_half_vector`."""
     if not k:
         return x, y
     radius, scale = np.hypot(x, y), np.arcsinh(k)

@@ -74,14 +74,21 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
         "tangent_parameters.h": _TANGENT_PARAMETERS if constants["ANISOTROPIC"] else "",
         "baked_constants.h": "".join(f"#define {name} {_constant(name, value)}\n" for name, value in constants.items()),
         "baked_tables.h": "".join(_array(name, table) for name, table in tables.items())}
-    return _completed((_SOURCES / SHADER).read_text("utf-8") if template is None else template, generated)
+    return _expand_includes((_SOURCES / SHADER).read_text("utf-8") if template is None else template, generated)
 
 
-def _completed(template: str, generated: dict[str, str]) -> str:
-    """A shader with its includes, generated ones and files of `osl/`, and without comments."""
+def _expand_includes(template: str, generated: dict[str, str]) -> str:
+    """A shader with its includes, generated ones and files of `osl/`, each file once, and without comments."""
+    included: set[str] = set()
+
     def include(match: re.Match[str]) -> str:
         name = match[1]
-        return generated[name] if name in generated else _INCLUDE.sub(include, (_SOURCES / name).read_text("utf-8"))
+        if name in generated:
+            return generated[name]
+        if name in included:
+            return ""
+        included.add(name)
+        return _INCLUDE.sub(include, (_SOURCES / name).read_text("utf-8"))
 
     return _BLANK.sub("", _COMMENT.sub("", _INCLUDE.sub(include, template)))
 
@@ -90,7 +97,7 @@ def mix_source() -> str:
     """OSL source of the shader that tells how strong two mixed materials are in a sample."""
     constants = "".join(f"#define {name} {value}\n" for name, value in shader_constants().items()
                         if name.startswith(("MOST_MIXED", "RANDOM_", "SEED_")))
-    return _completed((_SOURCES / MIX_SHADER).read_text("utf-8"), {"baked_constants.h": constants})
+    return _expand_includes((_SOURCES / MIX_SHADER).read_text("utf-8"), {"baked_constants.h": constants})
 
 
 def interface(source: str) -> str:
@@ -121,7 +128,7 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     if fit.edit is not None and len(fit.edit.balance):
         tables["BALANCE"] = fit.edit.balance
     if fit.edit is not None and len(fit.edit.through):
-        tables["THROUGH"] = np.repeat(fit.edit.through, stored, axis=1)
+        tables["COAT_TRANSMITTANCE"] = np.repeat(fit.edit.through, stored, axis=1)
     return constants | _coordinates(fit) | _transform(fit.transform, fit.columns) | _edit(fit), tables
 
 
@@ -151,7 +158,8 @@ def _coordinates(fit: Fit) -> dict[str, Any]:
         largest = max(turned.along, turned.across)
         constants |= {"STRETCH_ALONG": f"{turned.along:.9g}", "STRETCH_ACROSS": f"{turned.across:.9g}",
                       "STRETCH_SCALE": f"{1 / np.arcsinh(largest):.9g}",
-                      "TURN_COSINE": f"{math.cos(turned.turn):.9g}", "TURN_SINE": f"{math.sin(turned.turn):.9g}"}
+                      "ROTATION_COSINE": f"{math.cos(turned.turn):.9g}",
+                      "ROTATION_SINE": f"{math.sin(turned.turn):.9g}"}
     elif name not in (Nusselt.name, AnisotropicNusselt.name):
         raise ValueError(f"the shader has no {name} coordinates")
     return constants
@@ -186,7 +194,8 @@ def _transform(transform: LogRelative | None, columns: tuple[int, ...]) -> dict[
     return {"LOG_RELATIVE": 1, "PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds),
             "PRIOR_ANISOTROPIC": int(not prior.isotropic), "PRIOR_KD": value(prior.kd),
             "PRIOR_OFFSET": f"{transform.offset:.9g}", "PRIOR_CEILING": value(transform.ceiling),
-            "GREYED": int(transform.grey > 0), "GREY": f"{transform.grey / (1 - transform.grey):.9g}"}
+            "DESATURATED": int(transform.desaturation > 0),
+            "RESATURATION": f"{transform.desaturation / (1 - transform.desaturation):.9g}"}
 
 
 def _edit(fit: Fit) -> dict[str, Any]:
@@ -215,11 +224,11 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
     fit, that of what they carry, and its factor.
     """
     stops, lobes, phases, channels = mixture.colour.shape
-    constants = {"CHANNELS": channels, "PHASES": phases, "STOPS": stops, "LOBES": lobes,
+    constants = {"CHANNELS": channels, "AZIMUTHAL_TERMS": phases, "POLAR_KNOTS": stops, "LOBES": lobes,
                  "EACH_LOBE(DO)": " ".join(f"DO({k}, {kind.upper()}_LOBE)" for k, kind in enumerate(mixture.kinds)),
                  "ANISOTROPIC": int(mixture.turn is not None)}
     if mixture.turn is not None:
-        constants["PRINCIPAL_TURN"] = f"{mixture.turn:.9g}"
+        constants["PRINCIPAL_AZIMUTH"] = f"{mixture.turn:.9g}"
     shapes = np.stack(mixture.shape, axis=-1)
     if mixture.sampling is None:
         raise ValueError("a mixture that is not sampled; a shader takes that of Cycles")

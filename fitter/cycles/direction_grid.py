@@ -1,9 +1,9 @@
 """Viewing directions of an isotropic fit, and incident directions about the mirror direction of each.
 
-The mixture is tabulated for `VIEWS` outgoing angles. A fit is symmetric about the plane of incidence, so that half of
-all directions is enough. They are points of rings about the mirror direction, evenly spaced in the square root of the
-angle delta from it, so that they are finest there, and evenly by the turn psi around it. Points reach below the
-horizon, where nothing is reflected.
+The mixture is tabulated for `OUTGOING_COUNT` outgoing angles. A fit is symmetric about the plane of incidence, so that
+half of all directions is enough. They are points of rings about the mirror direction, evenly spaced in the square root
+of the angle delta from it, so that they are finest there, and evenly by the azimuth psi around it. Points reach below
+the horizon, where nothing is reflected.
 """
 
 from typing import NamedTuple
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..shader_constants import GRAZING
 
-VIEWS = 32                  # as many stops as a colour ramp has
+OUTGOING_COUNT = 32                  # as many stops as a colour ramp has
 _RINGS, _SECTORS = 64, 24   # points: .1 degrees apart at the mirror direction, 5 far from it
-_STEEPEST = np.radians(86)  # mirror direction about which the rings lie
+_GRAZING_LIMIT = np.radians(86)  # mirror direction about which the rings lie
 
 
 class Directions(NamedTuple):
@@ -37,18 +37,18 @@ class Directions(NamedTuple):
     solid_angle: NDArray[np.float64]
 
 
-def views(between: int = 0) -> NDArray[np.float64]:
+def outgoing_angles(between: int = 0) -> NDArray[np.float64]:
     """The tabulated outgoing angles, radians, more closely spaced toward the horizon: (VIEWS,).
 
     With others between any two of them: (VIEWS + (VIEWS - 1) between,).
     """
-    return GRAZING * (1 - np.linspace(1, 0, VIEWS + (VIEWS - 1) * between) ** 1.5)
+    return GRAZING * (1 - np.linspace(1, 0, OUTGOING_COUNT + (OUTGOING_COUNT - 1) * between) ** 1.5)
 
 
 def grid(theta_o: float) -> Directions:
     """The incident directions at which a fit is evaluated, for an outgoing angle and azimuth 0."""
     rings, sectors = _RINGS, _SECTORS
-    mirror = min(theta_o, _STEEPEST)
+    mirror = min(theta_o, _GRAZING_LIMIT)
     farthest = np.pi / 2 + mirror
     edges = farthest * (np.arange(rings + 1) / rings) ** 2
     delta, psi = np.meshgrid(farthest * ((np.arange(rings) + 0.5) / rings) ** 2,

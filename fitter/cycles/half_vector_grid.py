@@ -21,7 +21,7 @@ from .direction_grid import Directions
 _RINGS, _SECTORS = 32, 24       # points
 
 
-def outgoing(theta: NDArray[np.float64] | float, phi: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def unit_vectors(theta: NDArray[np.float64] | float, phi: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """Unit vectors of polar angles and azimuths, which broadcast to (...): (..., 3)."""
     theta, phi = np.broadcast_arrays(theta, phi)
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
@@ -42,7 +42,7 @@ def grid(wo: NDArray[np.float64], stretch: float) -> Directions:
     direction_grid.Directions
         Its arrays have an axis of views in front.
     """
-    farthest = _farthest(float(wo[0, 2]), stretch)
+    farthest = _largest_half_angle(float(wo[0, 2]), stretch)
     points, turns = _RINGS, _SECTORS
     edges = farthest * (np.arange(points + 1) / points) ** 2
     ring = farthest * ((np.arange(points) + 0.5) / points) ** 2
@@ -58,7 +58,7 @@ def grid(wo: NDArray[np.float64], stretch: float) -> Directions:
                       np.where(above, size, 0))
 
 
-def _farthest(cosine: float, stretch: float) -> float:
+def _largest_half_angle(cosine: float, stretch: float) -> float:
     """The largest angle from the normal of a stretched half vector, for a viewing direction of a cosine; radians."""
     largest = (np.pi / 2 + np.arccos(np.clip(cosine, 0, 1))) / 2
     return float(np.arctan2(stretch * np.sin(largest), np.cos(largest)))
@@ -69,6 +69,6 @@ def _half_vectors(ring: NDArray[np.float64], turn: NDArray[np.float64],
     """The half vectors of all pairs of an angle and an azimuth of g, rings first, (n, 3); and by what power of which
     their solid angle differs from that of g, |(g_x s, g_y / s, g_z)|, (n,)."""
     ring, turn = (each.ravel() for each in np.meshgrid(ring, turn, indexing="ij"))
-    along = outgoing(ring, turn) * [stretch, 1 / stretch, 1]
+    along = unit_vectors(ring, turn) * [stretch, 1 / stretch, 1]
     length = np.linalg.norm(along, axis=-1)
     return along / length[:, None], length

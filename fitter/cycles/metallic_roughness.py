@@ -6,24 +6,24 @@ from ..arrays import ArrayLike, FloatArray
 from ..imaging import studio
 from ..model import Reflectance
 from ..quality import verdict
-from .principled import without_layers
+from .principled import fit_without_layers
 from .principled_bsdf import Principled
 
 _ACROSS = 32                # pixels of a sphere by which a surface is judged
 
 
-def closest(fit: Reflectance) -> Principled:
+def fit_metallic_roughness(fit: Reflectance) -> Principled:
     """The Principled BSDF of base colour, roughness and metallic alone with the least `difference`: it has no sheen and
     no coat, and the reflectance of an index of refraction of 1.5 where it is no metal.
 
     Examples
     --------
     >>> from ..methods import prior
-    >>> found = closest(prior.lambertian(np.array([[0.8 / np.pi]])))
+    >>> found = fit_metallic_roughness(prior.lambertian(np.array([[0.8 / np.pi]])))
     >>> found.specular_level, found.coat_weight, found.metallic < 0.01
     (0.5, 0.0, True)
     """
-    return min(without_layers(fit), key=lambda inputs: difference(fit, inputs))
+    return min(fit_without_layers(fit), key=lambda inputs: difference(fit, inputs))
 
 
 def difference(fit: Reflectance, inputs: Principled, factor: ArrayLike = 1.0) -> float:
@@ -38,13 +38,13 @@ def difference(fit: Reflectance, inputs: Principled, factor: ArrayLike = 1.0) ->
     >>> round(difference(fit, grey), 3), round(difference(fit, grey, 0.216 / 0.125), 3)
     (10.0, 0.0)
     """
-    white = _on_sphere(Principled(np.ones(3), 1.0, 0.0, 0.0))
+    white = _sphere_picture(Principled(np.ones(3), 1.0, 0.0, 0.0))
     one, other = (np.clip(np.cbrt(np.maximum(shown, 0) / white), 0, verdict.BRIGHTEST)
-                  for shown in (_on_sphere(fit) * np.asarray(factor), _on_sphere(inputs)))
+                  for shown in (_sphere_picture(fit) * np.asarray(factor), _sphere_picture(inputs)))
     return 100 * float(np.sqrt(np.mean((one - other) ** 2)))
 
 
-def _on_sphere(model: Reflectance) -> FloatArray:
+def _sphere_picture(model: Reflectance) -> FloatArray:
     """What the sphere shows at the middles of `_ACROSS` by `_ACROSS` pixels, as far as they are within it: (n, 3)."""
     x, y = np.meshgrid(*(2 * [(2 * np.arange(_ACROSS) + 1) / _ACROSS - 1]))
     flat = np.stack([x, y], axis=-1)[x ** 2 + y ** 2 < 1]

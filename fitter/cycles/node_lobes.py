@@ -48,20 +48,20 @@ class Pairs(NamedTuple):
     @classmethod
     def make(cls, wo: RealArray, wi: RealArray, tangent: RealArray) -> "Pairs":
         """Pairs with their half vectors. Each component of many vectors is contiguous in memory."""
-        wi = _by_component(wi)
-        return cls(wo, wi, _by_component(_unit(wi + wo[..., None, :])), tangent)
+        wi = _components_first(wi)
+        return cls(wo, wi, _components_first(_unit(wi + wo[..., None, :])), tangent)
 
-    def single(self) -> "Pairs":
+    def to_single(self) -> "Pairs":
         """The same in single precision."""
-        return Pairs(*(_by_component(each.astype(np.float32)) for each in self))
+        return Pairs(*(_components_first(each.astype(np.float32)) for each in self))
 
-    def only(self, views: slice, directions: slice) -> "Pairs":
+    def select(self, views: slice, directions: slice) -> "Pairs":
         """Some of the viewing directions, and of the incident ones of each."""
-        return Pairs(self.wo[views], _by_component(self.wi[views, ..., directions, :]),
-                     _by_component(self.half[views, ..., directions, :]), self.tangent[views])
+        return Pairs(self.wo[views], _components_first(self.wi[views, ..., directions, :]),
+                     _components_first(self.half[views, ..., directions, :]), self.tangent[views])
 
 
-def _by_component(vectors: RealArray) -> RealArray:
+def _components_first(vectors: RealArray) -> RealArray:
     return np.asarray(np.moveaxis(np.ascontiguousarray(np.moveaxis(vectors, -1, 0)), 0, -1))
 
 
@@ -97,7 +97,7 @@ class Shape(NamedTuple):
     """
 
     roughness: RealArray
-    tilt: RealArray
+    normal_offset: RealArray
     anisotropy: RealArray
 
 
@@ -117,7 +117,7 @@ def evaluate(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
     if kind == "sheen":
         return _sheen(shape.roughness, pairs)[0]
     if kind == "diffuse":
-        return _cosine_lobe(shape.tilt, pairs)
+        return _cosine_lobe(shape.normal_offset, pairs)
     return _facets(kind, shape, pairs).value
 
 
@@ -128,7 +128,7 @@ def gradient(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
         of_roughness = _sheen(shape.roughness, pairs)[1]
         return np.stack([of_roughness, 0 * of_roughness, 0 * of_roughness])
     if kind == "diffuse":
-        normal, moved = normals(shape.tilt, pairs.wo), _normals_by_tilt(shape.tilt, pairs.wo)
+        normal, moved = normals(shape.normal_offset, pairs.wo), _normals_by_tilt(shape.normal_offset, pairs.wo)
         lit = _dot(pairs.wi, normal[..., None, :]) > 0
         of_tilt = np.where(lit, _dot(pairs.wi, moved[..., None, :]) / np.pi, 0)
         return np.stack([0 * of_tilt, of_tilt, 0 * of_tilt])
@@ -164,7 +164,7 @@ def widths(shape: Shape) -> tuple[RealArray, RealArray]:
     return np.minimum(along, 1), np.minimum(across, 1)
 
 
-def density(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
+def pdf(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
     """The density, per solid angle of wi, with which the shader samples a lobe: (..., n).
 
     Of a microfacet lobe, that of half vectors about its normal, as many as there are microfacets; those that face away
@@ -174,7 +174,7 @@ def density(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
     if kind == "sheen":
         return np.full(pairs.wi.shape[:-1], 1 / (2 * np.pi))
     if kind == "diffuse":
-        return _cosine_lobe(shape.tilt, pairs)
+        return _cosine_lobe(shape.normal_offset, pairs)
     facets, cosine = _facets(kind, shape, pairs), np.maximum(_dot(pairs.half, pairs.wi), _NO_LENGTH)
     return np.asarray(facets.distribution * np.abs(facets.h[2]) / (4 * cosine))
 
@@ -212,7 +212,7 @@ class _Facets(NamedTuple):
 
 
 def _facets(kind: Kind, shape: Shape, pairs: Pairs) -> _Facets:
-    frame = _frame(normals(shape.tilt, pairs.wo), pairs.tangent)
+    frame = _frame(normals(shape.normal_offset, pairs.wo), pairs.tangent)
     h, i, o = (tuple(_dot(vectors, frame[..., None, :, axis]) for axis in range(3))
                for vectors in (pairs.half, pairs.wi, pairs.wo[..., None, :]))
     along, across = (width[..., None] for width in widths(shape))
@@ -237,10 +237,10 @@ def _slope2(w: Sequence[RealArray], along: RealArray, across: RealArray) -> Real
 
 def _gradient_of_facets(facets: _Facets, shape: Shape, pairs: Pairs) -> RealArray:
     """`gradient`, by the logarithms of the two widths and by a rotation of the frame."""
-    normal, moved = facets.frame[..., 2], _normals_by_tilt(shape.tilt, pairs.wo)
+    normal, moved = facets.frame[..., 2], _normals_by_tilt(shape.normal_offset, pairs.wo)
     rotation = np.swapaxes(facets.frame, -1, -2) @ _frame_by_normal(normal, moved, pairs.tangent)
     sizes = [width[..., None] for width in widths(shape)]
-    h, h_moved = facets.h, _rotated(facets.h, rotation)
+    h, h_moved = facets.h, _rotate_components(facets.h, rotation)
     leaned = h[0] * h_moved[0] / sizes[0] ** 2 + h[1] * h_moved[1] / sizes[1] ** 2
     raised = np.where(np.abs(h[2]) > LEAST_COSINE, h[2] * h_moved[2], 0)
     steepness = facets.squares[0] + facets.squares[1]
@@ -256,7 +256,7 @@ def _gradient_of_facets(facets: _Facets, shape: Shape, pairs: Pairs) -> RealArra
         of_tilt = -whole * (leaned + raised)
         smith = _smith_ggx_slope
     for w in (facets.i, facets.o):      # and of that of the masking
-        w_moved, height = _rotated(w, rotation), np.maximum(w[2], LEAST_COSINE)
+        w_moved, height = _rotate_components(w, rotation), np.maximum(w[2], LEAST_COSINE)
         tangent2 = _slope2(w, *sizes)
         by_slope2 = smith(tangent2) / facets.masking
         factor = 2 * by_slope2 / height ** 2
@@ -270,7 +270,7 @@ def _gradient_of_facets(facets: _Facets, shape: Shape, pairs: Pairs) -> RealArra
     return np.stack([facets.value * each for each in (2 * (along + across), of_tilt, across - along)])
 
 
-def _rotated(w: Sequence[RealArray], rotation: RealArray) -> tuple[RealArray, ...]:
+def _rotate_components(w: Sequence[RealArray], rotation: RealArray) -> tuple[RealArray, ...]:
     """The derivatives of components in a frame, from those of its axes in these axes: (..., 3, 3), antisymmetric."""
     xy, xz, yz = (rotation[..., None, row, column] for row, column in ((0, 1), (0, 2), (1, 2)))
     return -xy * w[1] - xz * w[2], xy * w[0] - yz * w[2], xz * w[0] + yz * w[1]

@@ -21,14 +21,14 @@ import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray, RealArray
-from ..least_squares import nonnegative
+from ..least_squares import nonnegative_least_squares
 from ..optics.subsurface import Walk
 from ..shader_constants import LEAST_FOLLOWED
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Pairs, Shape
-from .node_views import Views, views_of
+from .outgoing_directions import OutgoingDirections, tabulate_outgoing
 from .principal import principal
-from .selection import shares
+from .selection import selection_probabilities
 
 if TYPE_CHECKING:
     from ..model.fit import Fit
@@ -65,7 +65,7 @@ _DARKEST = 1e-12                # albedo, whose square is far from the least num
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
 _ABOVE = 10.0                   # what is above the target counts as this many times as much that is below
 _BELOW_REWEIGHTINGS = 20
-_PROBABILITY = 3.0              # of sampling the remainder, per share of the light in it
+_PROBABILITY = 3.0              # of sampling the residual, per share of the light in it
 _PROBABILITIES = (0.2, 1.0)     # bounds of that probability
 _DIM = 0.1                      # share of the target that sampled directions are prepared to carry anywhere
 
@@ -91,7 +91,7 @@ class Engine(NamedTuple):
 
     lobes: int
     kinds: tuple[Kind, ...]
-    tilts: tuple[float, float]
+    normal_offsets: tuple[float, float]
     anisotropic: bool
     sampled: bool
 
@@ -109,7 +109,7 @@ class Sampling(NamedTuple):
     below : (stops, lobes, phases, channels)
         Colours of the lobes with which they hardly exceed the fit anywhere, so that what is left only adds.
     shares : (stops, lobes + 1)
-        Of the directions, that follow the density of each lobe (`node_lobes.density`) and, the last, none.
+        Of the directions, that follow the density of each lobe (`node_lobes.pdf`) and, the last, none.
     probability : (stops,)
         With which a sample of a shading point has a direction.
     albedo, left : (stops, channels)
@@ -118,11 +118,11 @@ class Sampling(NamedTuple):
         What is left is multiplied by this where what is above the fit is not taken away: the albedo is then the fit's.
     """
 
-    below: FloatArray
-    shares: FloatArray
+    lower_colours: FloatArray
+    selection_probabilities: FloatArray
     probability: FloatArray
     albedo: FloatArray
-    left: FloatArray
+    residual: FloatArray
     balance: FloatArray
 
 
@@ -173,12 +173,12 @@ class Nodes(NamedTuple):
 def node_mixtures(fit: "Fit") -> Nodes:
     """The closure nodes of a fit, of which only `evaluate` is used, whether it is isotropic, and what is below it."""
     cycles, eevee = _mixtures(fit, CYCLES, EEVEE)
-    return Nodes(cycles, eevee, walk_below(fit))
+    return Nodes(cycles, eevee, subsurface_walk(fit))
 
 
-def walk_below(fit: "Fit") -> Walk | None:
+def subsurface_walk(fit: "Fit") -> Walk | None:
     """The random walk below a fit, None where no light enters it."""
-    below = getattr(fit, "below", None)
+    below = getattr(fit, "edited_subsurface", None)
     return None if below is None else below.walk
 
 
@@ -188,13 +188,13 @@ def cycles_mixture(fit: "Fit") -> NodeMixture:
 
 
 def _mixtures(fit: "Fit", *engines: Engine) -> list[NodeMixture]:
-    fit = getattr(fit, "above", fit)
+    fit = getattr(fit, "surface", fit)
     turn, stretch = None, 1.0
     if not getattr(fit, "isotropic", True):
         axes = principal(fit)
         turn, stretch = axes.turn, axes.stretch
-    views = views_of(fit, turn, stretch)
-    return [_fitted(views, turn, engine) for engine in progress.each(engines)]
+    views = tabulate_outgoing(fit, turn, stretch)
+    return [_fit_mixture(views, turn, engine) for engine in progress.each(engines)]
 
 
 def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray:
@@ -222,43 +222,44 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
     at = np.array([theta])
     shape = Shape(*(_interpolate(mixture.theta, at, each) for each in mixture.shape))
     nothing = np.empty((1, 0, 1, len(wi)))
-    seen = Views(at, phases, pairs, (wi[:, 2] > 0)[None, None].astype(float), nothing, nothing)
+    seen = OutgoingDirections(at, phases, pairs, (wi[:, 2] > 0)[None, None].astype(float), nothing, nothing)
     columns, colour = _columns(seen, mixture.kinds, shape), _interpolate(mixture.theta, at, mixture.colour)
     return np.asarray(_radiance(columns, colour)[0, :, 0].T)
 
 
-def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
+def _fit_mixture(views: OutgoingDirections, turn: float | None, engine: Engine) -> NodeMixture:
     if not engine.anisotropic:
-        views = replace(views, phases=np.ones((len(views.phases), 1)))
+        views = replace(views, azimuthal_basis=np.ones((len(views.azimuthal_basis), 1)))
     few = slice(0, None, len(views.theta) // _CHOICE_VIEWS)
-    chosen = _choose(views.only(few, _CHOICE), engine, turn is not None)
+    chosen = _choose(views.select(few, _CHOICE), engine, turn is not None)
     kinds, shape = _shapes(chosen, views.theta[::2], engine)
-    found = _refined(views, turn, engine, kinds, shape)
+    found = _refine_mixture(views, turn, engine, kinds, shape)
     return found._replace(sampling=_sampling(views, found)) if engine.sampled else found
 
 
-def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind, ...], shape: Shape) -> NodeMixture:
+def _refine_mixture(views: OutgoingDirections, turn: float | None, engine: Engine, kinds: tuple[Kind, ...],
+                    shape: Shape) -> NodeMixture:
     """The mixture of lobes of some kinds, from shapes to begin with."""
-    stops = views.only(slice(0, None, 2), slice(None))
-    shape = _refine(stops.only(slice(None), _REFINEMENT), kinds, shape, engine)
+    stops = views.select(slice(0, None, 2), slice(None))
+    shape = _refine(stops.select(slice(None), _REFINEMENT), kinds, shape, engine)
     everywhere = _columns(views, kinds, Shape(*(_interpolate(stops.theta, views.theta, each) for each in shape)))
     colour = _colours(stops, everywhere[::2])
     colour = colour * _albedo_scales(views, stops.theta, everywhere, colour)
     radiance = _radiance(everywhere, _interpolate(stops.theta, views.theta, colour))
-    found = views.reflected(radiance)
+    found = views.reflected_light(radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
-    misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
+    misplaced, shown = views.directional_error(radiance), views.theta <= LAST_SHOWN
     return NodeMixture(kinds, stops.theta, shape, colour, turn, None,
                        float(misplaced.mean()), float(misplaced[shown].max()),
                        float(np.abs((found - views.albedo) / mean)[shown].max()))
 
 
-def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
+def _sampling(every: OutgoingDirections, mixture: NodeMixture) -> Sampling:
     """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
-    views, kinds, shape = every.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
+    views, kinds, shape = every.select(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
     everywhere = _columns(every, kinds, Shape(*(_interpolate(mixture.theta, every.theta, each) for each in shape)))
     columns = everywhere[::2]
-    below, albedo = _fit_colours_from_below(views, columns), views.albedo.mean(axis=1)
+    below, albedo = _fit_lower_colours(views, columns), views.albedo.mean(axis=1)
     # the weights of all closures are the denoiser's albedo, of which a direction needs a part
     room = np.minimum((1 + _THRIFTLESS) * albedo, np.maximum(albedo, 1)) - LEAST_FOLLOWED * albedo
     weights = below.sum(axis=1).mean(axis=1)
@@ -267,37 +268,38 @@ def _sampling(every: Views, mixture: NodeMixture) -> Sampling:
     left = np.maximum(apart, 0).sum(axis=1)
     carried = left + np.float32(_DIM) * views.target.sum(axis=1)
     evenly = np.full_like(carried[:, None], 1 / (2 * np.pi))
-    densities = np.moveaxis(_evaluate_lobes(node_lobes.density, views, kinds, shape), 0, 1)
+    densities = np.moveaxis(_evaluate_lobes(node_lobes.pdf, views, kinds, shape), 0, 1)
     together = np.concatenate([densities, evenly], axis=1)
     flat = (len(carried), -1)
-    found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
-    share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
+    found = selection_probabilities(carried.reshape(flat), together.reshape(*together.shape[:2], -1),
+                                    views.solid_angle.reshape(flat))
+    share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.brightness
     apart = every.target - _radiance(everywhere, _interpolate(mixture.theta, every.theta, below))
-    missing, above = (every.reflected(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
-    balance = 1 - _average_around_knots(above) / np.maximum(_average_around_knots(missing), _TINY)
+    missing, above = (every.reflected_light(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
+    balance = 1 - _average_near_knots(above) / np.maximum(_average_near_knots(missing), _TINY)
     return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing[::2],
                     np.maximum(balance, 0))
 
 
-def _average_around_knots(values: FloatArray) -> FloatArray:
+def _average_near_knots(values: FloatArray) -> FloatArray:
     """Values at stops and half of those between them and the next ones, (views, ...): (stops, ...)."""
     halved = 0.5 * np.pad(values[1::2], ((1, 1), *((0, 0),) * (values.ndim - 1)))
     return np.asarray(values[::2] + halved[:-1] + halved[1:])
 
 
-def _fit_colours_from_below(views: Views, columns: RealArray) -> FloatArray:
+def _fit_lower_colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
     """The colours of lobes of the least absolute error, of which that above the target counts far more: (views, lobes,
     phases, channels)."""
     lobes = _Lobes.make(views, columns)
-    found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
+    found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
     albedo = np.maximum(views.albedo.mean(axis=1), _DARKEST)[..., None].astype(columns.dtype)
     share, floor = solid_angle.reshape(len(columns), 1, -1) / albedo, np.float32(_LAST_FLOOR / np.pi) * albedo
     for _ in range(_BELOW_REWEIGHTINGS):
-        weight = np.abs(found.left)
+        weight = np.abs(found.residual)
         weight += floor
         np.divide(share, weight, out=weight)
-        weight[found.left < 0] *= _ABOVE
+        weight[found.residual < 0] *= _ABOVE
         found = _solve(views, lobes, weight, found)
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
@@ -309,13 +311,13 @@ def _interpolate(stops: FloatArray, at: FloatArray, values: RealArray) -> FloatA
     return found.reshape(len(at), *values.shape[1:])
 
 
-def _columns(views: Views, kinds: Sequence[Kind], shape: Shape) -> RealArray:
+def _columns(views: OutgoingDirections, kinds: Sequence[Kind], shape: Shape) -> RealArray:
     """The lobes, times the phases of their colours: (views, lobes, phases, azimuths, n)."""
-    return _with_phases(views, _evaluate_lobes(node_lobes.evaluate, views, kinds, shape))
+    return _multiply_azimuthal_basis(views, _evaluate_lobes(node_lobes.evaluate, views, kinds, shape))
 
 
-def _evaluate_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: Views, kinds: Sequence[Kind],
-                    shape: Shape) -> RealArray:
+def _evaluate_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: OutgoingDirections,
+                    kinds: Sequence[Kind], shape: Shape) -> RealArray:
     """A function of `node_lobes` for each lobe, all those of a kind at once: (..., lobes, views, azimuths, n)."""
     found = None
     for kind in set(kinds):
@@ -329,17 +331,17 @@ def _evaluate_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: 
     return found
 
 
-def _with_phases(views: Views, values: RealArray) -> RealArray:
+def _multiply_azimuthal_basis(views: OutgoingDirections, values: RealArray) -> RealArray:
     """Values of lobes, (lobes, views, azimuths, n), times the phases of their colours, 0 below the horizon: (views,
     lobes, phases, azimuths, n)."""
-    phases = views.phases.astype(values.dtype).T[..., None] * (views.solid_angle > 0)[:, None]
+    phases = views.azimuthal_basis.astype(values.dtype).T[..., None] * (views.solid_angle > 0)[:, None]
     return np.asarray(np.swapaxes(values, 0, 1)[:, :, None] * phases[:, None])
 
 
-def _flat(views: Views, columns: RealArray, weight: float = 1.0) -> RealArray:
+def _weighted_rows(views: OutgoingDirections, columns: RealArray, weight: float = 1.0) -> RealArray:
     """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, columns, rows). The weight of a
     white closure is 1, that of a derivative by its shape 0."""
-    weights = weight * views.phases.T.astype(columns.dtype)
+    weights = weight * views.azimuthal_basis.T.astype(columns.dtype)
     rows = views.rows(columns, np.broadcast_to(weights, columns.shape[:-1]))
     return np.asarray(rows.reshape(len(rows), -1, rows.shape[-1]))
 
@@ -351,15 +353,15 @@ def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
     return np.asarray(colours @ flat).reshape(len(flat), -1, *columns.shape[3:])
 
 
-def _absolute(views: Views, left: RealArray, floor: float) -> RealArray:
+def _absolute_error_weights(views: OutgoingDirections, left: RealArray, floor: float) -> RealArray:
     """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with those of
     the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the
     closures' weights."""
-    azimuths = len(views.phases)
+    azimuths = len(views.azimuthal_basis)
     weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
-    weight += (floor * views.light / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
+    weight += (floor * views.brightness / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
     np.divide(views.weight, weight[..., :-2], out=weight[..., :-2])
-    weight[..., -2:] = np.array([_FIRMNESS, _THRIFT]) / views.light[:, None, None, None] ** 2
+    weight[..., -2:] = np.array([_FIRMNESS, _THRIFT]) / views.brightness[:, None, None, None] ** 2
     weight /= azimuths
     return weight.reshape(left.shape)
 
@@ -374,8 +376,8 @@ class _Lobes(NamedTuple):
     products: RealArray | None      # (views, pairs, rows), of each pair of columns, where these are few
 
     @classmethod
-    def make(cls, views: Views, columns: RealArray) -> "_Lobes":
-        flat = _flat(views, columns)
+    def make(cls, views: OutgoingDirections, columns: RealArray) -> "_Lobes":
+        flat = _weighted_rows(views, columns)
         first, second = _PAIRS[flat.shape[1]]
         return cls(flat, flat[:, first] * flat[:, second])
 
@@ -396,10 +398,10 @@ class _Solution(NamedTuple):
 
     lobes: _Lobes
     colour: FloatArray          # (views, columns, channels)
-    left: RealArray             # (views, channels, rows)
+    residual: RealArray             # (views, channels, rows)
 
 
-def _solve(views: Views, lobes: _Lobes, weight: RealArray, like: _Solution | None = None) -> _Solution:
+def _solve(views: OutgoingDirections, lobes: _Lobes, weight: RealArray, like: _Solution | None = None) -> _Solution:
     """The colours, none negative, of the least weighted squares; those that are not 0 are probably those of `like`."""
     target, count = views.target_rows, lobes.columns.shape[1]
     normal = lobes.normal(weight)
@@ -408,17 +410,17 @@ def _solve(views: Views, lobes: _Lobes, weight: RealArray, like: _Solution | Non
     albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _TINY)[:, None]
     ridge = _RIDGE * np.einsum("vcr,vcr->vc", weighted, target) / albedo ** 2
     normal += (ridge[..., None, None] + _TINY) * np.eye(count)
-    colour = nonnegative(normal, right, None if like is None else np.swapaxes(like.colour, 1, 2) > 0)
+    colour = nonnegative_least_squares(normal, right, None if like is None else np.swapaxes(like.colour, 1, 2) > 0)
     left = target - colour.astype(target.dtype) @ lobes.columns
     return _Solution(lobes, np.swapaxes(colour, 1, 2), left)
 
 
-def _colours(views: Views, columns: RealArray) -> FloatArray:
+def _colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
     """The colours of the least absolute error: (views, lobes, phases, channels)."""
     lobes = _Lobes.make(views, columns)
-    found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
+    found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _FLOOR))
     for _ in range(_REWEIGHTINGS):
-        found = _solve(views, lobes, _absolute(views, found.left, _LAST_FLOOR), found)
+        found = _solve(views, lobes, _absolute_error_weights(views, found.residual, _LAST_FLOOR), found)
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
@@ -433,13 +435,13 @@ def _candidates(engine: Engine, turned: bool) -> list[_Lobe]:
         found += [("sheen", sigma, 0.0, 0.0) for sigma in _SHEEN]
     if "diffuse" in engine.kinds:
         found += [("diffuse", 1.0, tilt, 0.0) for tilt in _DIFFUSE_TILTS]
-    return [each for each in found if engine.tilts[0] <= each[2] <= engine.tilts[1]]
+    return [each for each in found if engine.normal_offsets[0] <= each[2] <= engine.normal_offsets[1]]
 
 
 def _least_tilt(theta: FloatArray, engine: Engine) -> FloatArray:
     """The least tilt at polar angles, (views, 1): the viewer must see the normal of the lobe well."""
     cosine = np.cos(theta)
-    return np.maximum(engine.tilts[0], -(1 - _LOWEST) * cosine / np.maximum(1 - cosine, 1e-9))[:, None]
+    return np.maximum(engine.normal_offsets[0], -(1 - _LOWEST) * cosine / np.maximum(1 - cosine, 1e-9))[:, None]
 
 
 def _shapes(lobes: Sequence[_Lobe], theta: FloatArray, engine: Engine) -> tuple[tuple[Kind, ...], Shape]:
@@ -450,26 +452,26 @@ def _shapes(lobes: Sequence[_Lobe], theta: FloatArray, engine: Engine) -> tuple[
     return kinds, Shape(rough, np.maximum(tilt, np.minimum(least, 0)), anisotropy)
 
 
-def _choose(views: Views, engine: Engine, turned: bool) -> list[_Lobe]:
+def _choose(views: OutgoingDirections, engine: Engine, turned: bool) -> list[_Lobe]:
     """The lobes: what is left of all candidates when those have been removed without which the error grows least."""
     candidates: list[_Lobe] = [("diffuse", 1.0, 0.0, 0.0), *_candidates(engine, turned)]
     kinds, shapes = _shapes(candidates, views.theta, engine)
-    flat = _flat(views, _columns(views, kinds, shapes))
+    flat = _weighted_rows(views, _columns(views, kinds, shapes))
     columns = flat.reshape(len(flat), len(kinds), -1, flat.shape[-1])
     chosen = np.arange(len(kinds))
-    weight = _absolute(views, views.target_rows, _FLOOR)
+    weight = _absolute_error_weights(views, views.target_rows, _FLOOR)
     best, error = chosen, np.inf
     found: _Solution | None = None
     while True:
         few = columns[:, chosen].reshape(len(flat), -1, flat.shape[-1])
         found = _solve(views, _Lobes(few, None), weight, found)
         lobes = len(chosen) - 1
-        weight = _absolute(views, found.left, _FLOOR / 2)
+        weight = _absolute_error_weights(views, found.residual, _FLOOR / 2)
         if lobes <= engine.lobes:
             for _ in range(_CHOICE_REWEIGHTINGS):
                 found = _solve(views, found.lobes, weight, found)
-                weight = _absolute(views, found.left, _FLOOR / 2)
-            now = _squared(weight, found) / len(views.theta)
+                weight = _absolute_error_weights(views, found.residual, _FLOOR / 2)
+            now = _squared_error(weight, found) / len(views.theta)
             if lobes == engine.lobes or now <= error + _WORTH * (len(best) - len(chosen)):
                 best, error = chosen, now
         if lobes <= 1:
@@ -513,49 +515,49 @@ class _Variables:
         bend = -np.log(1 - _MOST_ANISOTROPIC)
         ones, least = np.ones((len(theta), len(kinds))), _least_tilt(theta, engine)
         self.lower = np.stack([ones * np.log(sheerest), ones * least, -bend * ones])
-        self.upper = np.stack([0 * ones, engine.tilts[1] * ones, bend * ones])
+        self.upper = np.stack([0 * ones, engine.normal_offsets[1] * ones, bend * ones])
 
     def pack(self, shape: Shape) -> FloatArray:
         bent = -np.sign(shape.anisotropy) * np.log(1 - np.abs(shape.anisotropy))
-        return np.stack([np.log(shape.roughness), shape.tilt, bent])
+        return np.stack([np.log(shape.roughness), shape.normal_offset, bent])
 
     @staticmethod
     def shape(variables: FloatArray) -> Shape:
         rough, tilt, bent = variables
         return Shape(np.exp(rough), tilt, np.sign(bent) * (1 - np.exp(-np.abs(bent))))
 
-    def moved(self, variables: FloatArray, step: FloatArray) -> FloatArray:
+    def step_variables(self, variables: FloatArray, step: FloatArray) -> FloatArray:
         """Variables after a step, (stops, variables)."""
         after = variables.copy()
         for number, (kind, lobe) in enumerate(self.places):
             after[kind, :, lobe] += np.clip(step[:, number], -_LONGEST, _LONGEST)
         return np.clip(after, self.lower, self.upper)
 
-    def taken(self, variables: FloatArray) -> FloatArray:
+    def flatten(self, variables: FloatArray) -> FloatArray:
         """The variables, (stops, variables)."""
         return np.stack([variables[kind, :, lobe] for kind, lobe in self.places], axis=1)
 
 
-def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine) -> Shape:
+def _refine(views: OutgoingDirections, kinds: tuple[Kind, ...], shape: Shape, engine: Engine) -> Shape:
     """Better shapes."""
     variables = _Variables(kinds, views.theta, engine)
     now = variables.pack(shape)
     bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
     bending = _STIFFNESS * bending.T @ bending
     found = _solve(views, _Lobes.make(views, _columns(views, kinds, shape)),
-                   _absolute(views, views.target_rows, _FLOOR))
+                   _absolute_error_weights(views, views.target_rows, _FLOOR))
     damping = 1e-2
     for floor in progress.each((_FLOOR, _FLOOR / 3)):
         for _ in range(_ITERATIONS):
-            weight = _absolute(views, found.left, floor)
+            weight = _absolute_error_weights(views, found.residual, floor)
             found = _solve(views, found.lobes, weight, found)
-            before = _penalised(weight, found, bending, variables.taken(now))
-            curvature, slope = _reduced(views, kinds, variables, now, found, weight)
+            before = _penalised_error(weight, found, bending, variables.flatten(now))
+            curvature, slope = _eliminate_colours(views, kinds, variables, now, found, weight)
             for _ in range(_TRIES):
-                step = _step(curvature, slope, bending, variables.taken(now), damping)
-                then = variables.moved(now, step)
+                step = _step(curvature, slope, bending, variables.flatten(now), damping)
+                then = variables.step_variables(now, step)
                 tried = _solve(views, _Lobes.make(views, _columns(views, kinds, variables.shape(then))), weight, found)
-                after = _penalised(weight, tried, bending, variables.taken(then))
+                after = _penalised_error(weight, tried, bending, variables.flatten(then))
                 if after < before:
                     now, found, damping = then, tried, max(damping / 3, 1e-4)
                     break
@@ -565,29 +567,30 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
     return variables.shape(now)
 
 
-def _penalised(weight: RealArray, found: _Solution, bending: FloatArray, variables: FloatArray) -> float:
-    return _squared(weight, found) + float((variables * (bending @ variables)).sum())
+def _penalised_error(weight: RealArray, found: _Solution, bending: FloatArray, variables: FloatArray) -> float:
+    return _squared_error(weight, found) + float((variables * (bending @ variables)).sum())
 
 
-def _squared(weight: RealArray, found: _Solution) -> float:
+def _squared_error(weight: RealArray, found: _Solution) -> float:
     """The weighted squared error."""
-    return float(np.einsum("vcr,vcr,vcr->v", weight, found.left, found.left).astype(float).sum())
+    return float(np.einsum("vcr,vcr,vcr->v", weight, found.residual, found.residual).astype(float).sum())
 
 
-def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray, found: _Solution,
-             weight: RealArray) -> tuple[FloatArray, FloatArray]:
+def _eliminate_colours(views: OutgoingDirections, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray,
+                       found: _Solution, weight: RealArray) -> tuple[FloatArray, FloatArray]:
     """The normal equations of the variables, after the colours have been eliminated: (views, variables, variables)
     and (views, variables)."""
     columns = found.lobes.columns.shape[1]
-    phases, lobes = views.phases.shape[1], [lobe for _, lobe in variables.places]
+    phases, lobes = views.azimuthal_basis.shape[1], [lobe for _, lobe in variables.places]
     changed = sorted(set(lobes))
     gradients = _evaluate_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],
                                 Shape(*(each[:, changed] for each in variables.shape(now))))
     derivatives = gradients[[variable for variable, _ in variables.places], [changed.index(lobe) for lobe in lobes]]
-    both = np.concatenate([found.lobes.columns, _flat(views, _with_phases(views, derivatives), 0.0)], axis=1)
+    slopes = _weighted_rows(views, _multiply_azimuthal_basis(views, derivatives), 0.0)
+    both = np.concatenate([found.lobes.columns, slopes], axis=1)
     weighted = both[:, None] * weight[:, :, None]
     normal = (weighted @ np.swapaxes(both, 1, 2)[:, None]).astype(float)
-    right = weighted @ found.left[..., None]
+    right = weighted @ found.residual[..., None]
     # from derivatives of lobes to those of what is reflected: (views, channels, columns and derivatives, variables)
     colour = np.swapaxes(found.colour, 1, 2)
     coloured = np.zeros((*colour.shape[:2], both.shape[1], columns + len(lobes)))
@@ -622,7 +625,7 @@ def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variabl
     return np.asarray(np.linalg.solve(whole.reshape(stops * count, -1), right.ravel()).reshape(stops, count))
 
 
-def _albedo_scales(views: Views, stops: FloatArray, columns: RealArray, colour: FloatArray) -> FloatArray:
+def _albedo_scales(views: OutgoingDirections, stops: FloatArray, columns: RealArray, colour: FloatArray) -> FloatArray:
     """Factors of the colours that give them the albedo of the fit, at the tabulated angles and between them:
     (stops, 1, phases, channels)."""
     share = _interpolate(stops, views.theta, np.eye(len(stops)))                # (views, stops)

@@ -46,7 +46,7 @@ _SHEEN = ("sheen_tint", "sheen_roughness")
 _COAT = ("coat_weight", "coat_roughness")
 
 
-class _Points(NamedTuple):
+class _DirectionPairs(NamedTuple):
     """Directions that are spread over both hemispheres, with more of them around the mirror direction.
 
     Attributes
@@ -74,11 +74,11 @@ class _Target(NamedTuple):
 
     Attributes
     ----------
-    at : Angles
+    angles : Angles
     cosine : (n, 1) float64
         Of the angle of the light.
     share : (views, n) float64
-        As in `_Points`.
+        As in `_DirectionPairs`.
     root_weight : (n + views, 1) float64
         Of errors of reflected radiance and of albedo.
     albedo : (3,) float64
@@ -88,17 +88,17 @@ class _Target(NamedTuple):
     metallic : bool
         Whether it looks like a metal.
     seen : (n + views, 3) float64
-        Reflected radiance and albedo, as `_seen` makes them.
+        Reflected radiance and albedo, as `_perceptual_values` makes them.
     """
 
-    at: Angles
+    angles: Angles
     cosine: FloatArray
     share: FloatArray
     root_weight: FloatArray
     albedo: FloatArray
     mean: float
     metallic: bool
-    seen: FloatArray
+    perceptual: FloatArray
 
 
 def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
@@ -141,10 +141,10 @@ def principled(fit: Reflectance) -> Principled:
     ([0.8, 0.8, 0.8], 0.0, 0.0, 0.0)
     """
     target = _target(fit)
-    plain = _plain(0.0, _DIELECTRIC, target)
-    best = _best([_with_sheen(plain, target), _with_coat(plain, _DIELECTRIC, target)])
+    plain = _fit_plain(0.0, _DIELECTRIC, target)
+    best = _best_search([_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC, target)])
     if target.metallic:
-        metal = _with_coat(_plain(1.0, _METAL, target), _METAL, target)
+        metal = _add_coat(_fit_plain(1.0, _METAL, target), _METAL, target)
         best = metal if metal.error < _METAL_LOSS * best.error else best
     closest = best.inputs
     # without a highlight any roughness is as good; others than Blender may show one
@@ -152,15 +152,15 @@ def principled(fit: Reflectance) -> Principled:
     return dull if _error(dull, target) < _AS_GOOD * _error(closest, target) else closest
 
 
-def without_layers(fit: Reflectance) -> tuple[Principled, ...]:
+def fit_without_layers(fit: Reflectance) -> tuple[Principled, ...]:
     """The closest Principled BSDFs without sheen and coat, of base colour and roughness alone: a dielectric of an index
     of refraction of 1.5, a metal, and what is between both."""
     target = _target(fit)
-    dielectric, metal = (_plain(metallic, _METAL, target).inputs for metallic in (0.0, 1.0))
-    return dielectric, metal, _search_from([dielectric, metal], _MAPS, target).inputs
+    dielectric, metal = (_fit_plain(metallic, _METAL, target).inputs for metallic in (0.0, 1.0))
+    return dielectric, metal, _search_starts([dielectric, metal], _MAPS, target).inputs
 
 
-def _points() -> _Points:
+def _points() -> _DirectionPairs:
     sin2 = (np.arange(_VIEWS) + 0.5) / _VIEWS
     even = (np.arange(_HALF) + 0.5) / _HALF
     azimuth = (np.arange(_AROUND) + 0.5) / _AROUND * np.pi
@@ -178,7 +178,7 @@ def _points() -> _Points:
     theta_i, phi, theta_o, theta_h = (angle[above] for angle in (np.arccos(np.minimum(z, 1)), np.arctan2(y, x),
                                                                  np.arcsin(sin_o), theta_h))
     weight = theta_h / (theta_h + _LAMP)
-    return _Points(theta_i, phi, theta_o, theta_h, weight / weight.sum(), share)
+    return _DirectionPairs(theta_i, phi, theta_o, theta_h, weight / weight.sum(), share)
 
 
 def _target(fit: Reflectance) -> _Target:
@@ -197,10 +197,10 @@ def _target(fit: Reflectance) -> _Target:
     weight = np.concatenate([points.weight, np.full(_VIEWS, _ALBEDO_WEIGHT / _VIEWS)]) / 3
     target = _Target(at, cosine, points.share, np.sqrt(weight)[:, None], (points.share @ values).mean(axis=0), mean,
                     _looks_metallic(values, points), values)
-    return target._replace(seen=_perceptual_values(values, target))
+    return target._replace(perceptual=_perceptual_values(values, target))
 
 
-def _looks_metallic(values: FloatArray, points: _Points) -> bool:
+def _looks_metallic(values: FloatArray, points: _DirectionPairs) -> bool:
     """Whether most of the light, and more than a dielectric's surface can reflect, is reflected in a highlight."""
     far = (points.theta_h > _FAR) & (np.maximum(points.theta_i, points.theta_o) < _STEEP)
     steep = points.share[np.sqrt((np.arange(_VIEWS) + 0.5) / _VIEWS) < np.sin(_STEEP)]
@@ -216,7 +216,7 @@ def _perceptual_values(values: FloatArray, target: _Target) -> FloatArray:
 
 
 def _residuals(inputs: Principled, target: _Target) -> FloatArray:
-    return (_perceptual_values(inputs.at(target.at), target) - target.seen).ravel()
+    return (_perceptual_values(inputs.evaluate_angles(target.angles), target) - target.perceptual).ravel()
 
 
 def _error(inputs: Principled, target: _Target) -> float:
@@ -230,42 +230,42 @@ class _Candidate(NamedTuple):
     inputs: Principled
 
 
-def _plain(metallic: float, names: tuple[str, ...], target: _Target) -> _Candidate:
+def _fit_plain(metallic: float, names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF without sheen and coat, from the best of many starts."""
     color = np.clip(target.albedo, 0.02, 0.98)
     starts = [Principled(color, roughness, metallic, level) for roughness in _STARTS
               for level in (_LEVELS if "specular_level" in names else _LEVELS[:1])]
     starts.sort(key=lambda start: _error(start, target))
-    return _search_from(starts[:2 * _SEARCHES], names, target)
+    return _search_starts(starts[:2 * _SEARCHES], names, target)
 
 
-def _with_sheen(plain: _Candidate, target: _Target) -> _Candidate:
+def _add_sheen(plain: _Candidate, target: _Target) -> _Candidate:
     """A BSDF with sheen, if that is clearly closer, or the one without."""
     tint = np.full(3, 0.1)
     starts = [replace(plain.inputs, sheen_tint=tint, sheen_roughness=roughness) for roughness in (0.3, 0.6)]
-    return _closer(plain, _search_from(starts, (*_DIELECTRIC, *_SHEEN), target))
+    return _clearly_closer(plain, _search_starts(starts, (*_DIELECTRIC, *_SHEEN), target))
 
 
-def _with_coat(plain: _Candidate, names: tuple[str, ...], target: _Target) -> _Candidate:
+def _add_coat(plain: _Candidate, names: tuple[str, ...], target: _Target) -> _Candidate:
     """A BSDF with a coat, if that is clearly closer, or the one without."""
     rough = plain.inputs.roughness
     starts = [replace(plain.inputs, roughness=under, coat_weight=weight, coat_roughness=over)
               for under in ((rough + 1) / 2, 0.8, 0.4) for over, weight in ((rough, 0.5), (0.2, 0.5), (0.05, 0.1))]
-    return _closer(plain, _search_from(starts, (*names, *_COAT), target))
+    return _clearly_closer(plain, _search_starts(starts, (*names, *_COAT), target))
 
 
-def _best(searches: list[_Candidate]) -> _Candidate:
+def _best_search(searches: list[_Candidate]) -> _Candidate:
     return min(searches, key=lambda each: each.error)
 
 
-def _closer(plain: _Candidate, layered: _Candidate) -> _Candidate:
+def _clearly_closer(plain: _Candidate, layered: _Candidate) -> _Candidate:
     return layered if layered.error < min(_LAYER_GAIN * plain.error, plain.error - _LEAST_GAIN) else plain
 
 
-def _search_from(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Candidate:
+def _search_starts(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF near several starts: a few steps from each, and more from where the best of them end."""
     near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=lambda found: found.error)
-    return _best([_search(found.inputs, names, target, _STEPS) for found in near[:_SEARCHES]])
+    return _best_search([_search(found.inputs, names, target, _STEPS) for found in near[:_SEARCHES]])
 
 
 def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: int) -> _Candidate:
@@ -290,11 +290,11 @@ def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: i
         # an input at a bound that it would cross stays there
         free = ~((x <= lower) & (right > 0) | (x >= upper) & (right < 0))
 
-        def tried(damping: float) -> FloatArray:
+        def try_damping(damping: float) -> FloatArray:
             step = np.zeros(len(x))
             step[free] = damped_step(normal[np.ix_(free, free)], -right[free], damping)
             return np.clip(x + step, lower, upper)
-        return tried
+        return try_damping
 
     x, error, _ = levenberg_marquardt(
         np.clip(np.concatenate([np.ravel(getattr(start, name)) for name, *_ in chosen]), lower, upper), evaluate,

@@ -114,9 +114,9 @@ class Principled:
         shape = np.broadcast_shapes(*(np.shape(angle) for angle in (theta_i, phi_i, theta_o, phi_o)))
         flat = (np.broadcast_to(np.asarray(angle, dtype=float), shape).ravel()
                 for angle in (theta_i, phi_i, theta_o, phi_o))
-        return self.at(angles(*flat)).reshape(*shape, 3)
+        return self.evaluate_angles(angles(*flat)).reshape(*shape, 3)
 
-    def at(self, at: Angles) -> FloatArray:
+    def evaluate_angles(self, at: Angles) -> FloatArray:
         """The BRDF, 1/sr: (n, 3) float64."""
         through = np.ones(len(at.cos_i))
         total = np.zeros((len(at.cos_i), 3))
@@ -141,7 +141,7 @@ class Principled:
 
     def _dielectric(self, at: Angles) -> FloatArray:
         f0 = 2 * DIELECTRIC * self.specular_level
-        whole, grazing, _ = _reflected(self.roughness, at.cos_o)
+        whole, grazing, _ = _microfacet_albedo(self.roughness, at.cos_o)
         mean_fresnel = np.array([f0 + (1 - f0) / 21])
         gain = _multiple_scattering_gain(self.roughness, at.cos_o, mean_fresnel)[:, 0] if f0 > 0 else 1.0
         lobe = _lobe(self.roughness, at) * _fresnel(at.cos_d, f0) * gain
@@ -176,14 +176,14 @@ def _fresnel(cosine: FloatArray, f0: float) -> FloatArray:
 
 def _multiple_scattering_gain(roughness: float, cos_o: FloatArray, fresnel: FloatArray) -> FloatArray:
     """By how much light reflected repeatedly brightens microfacets of a mean Fresnel term: (n, channels)."""
-    whole, _, mean = _reflected(roughness, cos_o)
+    whole, _, mean = _microfacet_albedo(roughness, cos_o)
     again = fresnel * mean / (1 - fresnel * (1 - mean))
     return np.asarray(1 + ((1 - whole) / whole)[:, None] * again)
 
 
-def _reflected(roughness: float, cos_o: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+def _microfacet_albedo(roughness: float, cos_o: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Albedo of microfacets with a Fresnel term of 1 and of (1 - cos theta_d)^5, (n,) each; the mean of the first."""
-    rows, cosines, whole, grazing = _reflected_table()
+    rows, cosines, whole, grazing = _microfacet_albedo_table()
     k, t = _locate_row(roughness, rows)
     row, row_grazing = ((1 - t) * table[k] + t * table[k + 1] for table in (whole, grazing))
     mean = 2 * float((row * cosines).mean())
@@ -191,8 +191,8 @@ def _reflected(roughness: float, cos_o: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 @functools.cache
-def _reflected_table() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Roughnesses (r,), cosines (c,), and the albedos of `_reflected`, (r, c).
+def _microfacet_albedo_table() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Roughnesses (r,), cosines (c,), and the albedos of `_microfacet_albedo`, (r, c).
 
     By E. Heitz: Sampling the GGX Distribution of Visible Normals, JCGT 7(4), 2018, at the points of a regular grid.
     """

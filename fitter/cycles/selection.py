@@ -12,7 +12,7 @@ _ITERATIONS = 30                # of the shares, which then change by less than 
 _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
-def shares(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> NDArray[np.float64]:
+def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> NDArray[np.float64]:
     """The best probability of sampling each of some densities.
 
     It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, by a

@@ -91,7 +91,7 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
     """
     reading = Reading(**options)
     one_of("colours", colours, COLOURS)
-    if (name := published.name_in(path)) is not None:
+    if (name := published.parse_virtual_path(path)) is not None:
         _no_sample(path, sample)
         samples = published.load_published(name)
         if reading.isotropic is not None:
@@ -141,7 +141,7 @@ def _no_sample(path: str | Path, sample: str | int | None) -> None:
 
 def is_there(path: str | Path) -> bool:
     """Whether there is a file at a path, or it names a published material."""
-    name = published.name_in(path)
+    name = published.parse_virtual_path(path)
     if name is None:
         return Path(path).is_file()
     with suppress(DatasetError):
@@ -157,7 +157,7 @@ def choices_of(path: str | Path) -> frozenset[str]:
     >>> sorted(choices_of("abrdf.dat")), sorted(choices_of("gold.binary"))
     (['sample'], [])
     """
-    if published.name_in(path) is not None:
+    if published.parse_virtual_path(path) is not None:
         return frozenset()
     suffix = Path(path).suffix.lower()
     return frozenset(name for known in FORMATS if suffix in known.extensions or suffix not in EXTENSIONS
@@ -166,7 +166,7 @@ def choices_of(path: str | Path) -> frozenset[str]:
 
 def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int, str]]:
     """The (number, name) of each sample in a file; empty if the format has one a file. `columns` as in `load`."""
-    if (name := published.name_in(path)) is not None:
+    if (name := published.parse_virtual_path(path)) is not None:
         published.find(name)
         return []
     known, content = _recognised(path, columns)
@@ -189,7 +189,7 @@ def preview(path: str | Path) -> tuple[list[str] | None, list[list[str]]]:
 
 def is_recognised(path: str | Path, columns: str | None = None) -> bool:
     """Whether a file can be read, and is in one of `FORMATS`; or a path names a published material."""
-    if published.name_in(path) is not None:
+    if published.parse_virtual_path(path) is not None:
         return is_there(path)
     try:
         _recognised(path, columns)

@@ -30,7 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray, mapped
+from ..arrays import FloatArray, map_directions
 from ..errors import DatasetError
 from ..samples import Samples
 from . import unmeasured
@@ -79,7 +79,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         notes.append(f"Multiplied by {quantity.scale:.4g}, as asked")
     channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
-    samples = Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more))
+    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more))
     return finished(unmeasured.remove_unmeasured(samples, reading), reading)
 
 

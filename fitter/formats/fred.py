@@ -29,7 +29,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from ..samples import Samples, given_away
+from ..samples import Samples, freeze_new_arrays
 from . import unmeasured
 from .format import Format
 from .isotropy import finished
@@ -74,7 +74,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         values = 10 ** values
         notes.append("The values are logarithms to the base of 10")
     values = values * float(settings["scale"])
-    given_away(values)
+    freeze_new_arrays(values)
     samples = Samples(theta_i, phi_i, theta_o, phi_o, values, ("grey",), Path(path).stem, str(path), tuple(notes))
     return finished(unmeasured.remove_unmeasured(samples, reading), reading)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..colours import DEFAULT, conversion, luminance
-from ..samples import RGB, Samples, given_away
+from ..samples import RGB, Samples, freeze_new_arrays
 
 
 def converted(samples: Samples, colours: str) -> Samples:
@@ -26,7 +26,7 @@ def converted(samples: Samples, colours: str) -> Samples:
     notes: tuple[str, ...] = ()
     if colours != DEFAULT:
         values = samples.values @ conversion(DEFAULT, colours).T
-        given_away(values)
+        freeze_new_arrays(values)
         samples, notes = replace(samples, values=values, colours=colours), (f"Colours in {colours}",)
         if (below := samples.subsurface) is not None:
             albedo = np.clip(conversion(DEFAULT, colours) @ below.albedo, 0, 1)

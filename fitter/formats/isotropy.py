@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
-from ..samples import NO_SYMMETRY, Samples, repeated, rotations, subset
+from ..samples import NO_SYMMETRY, Samples, apply_symmetry, rotations, subset
 from .reading import Reading
 
 FEWEST_ROTATIONS = 3        # at which a material can be seen to be anisotropic
@@ -52,7 +52,7 @@ def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Sam
     samples = decided(samples, reading.isotropic)
     symmetry = said if reading.symmetry is None else reading.symmetry
     if not samples.isotropic or symmetry == NO_SYMMETRY:
-        return repeated(samples, symmetry)
+        return apply_symmetry(samples, symmetry)
     note = f"Symmetry, {symmetry.replace('_', ' ')}: adds nothing to an isotropic material"
     return replace(samples, notes=(*samples.notes, note))
 

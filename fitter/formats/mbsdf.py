@@ -22,9 +22,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import mapped
+from ..arrays import map_directions
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples, given_away
+from ..samples import HORIZON, RGB, Samples, freeze_new_arrays
 from . import unmeasured
 from .format import Format
 from .reading import BY_DEFAULT, Reading
@@ -73,10 +73,10 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     values[0, 0] = values[0, 0].mean(axis=0)
     theta = np.arange(thetas) / thetas * HORIZON
     phi = np.arange(phis) / (phis - 1) * np.pi
-    directions = mapped(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct],
-                        (theta[:, None, None], 0.0, theta[:, None], phi))
+    directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct],
+                                (theta[:, None, None], 0.0, theta[:, None], phi))
     values = values[distinct]
-    given_away(*directions, values)
+    freeze_new_arrays(*directions, values)
     samples = Samples(*directions, values, RGB if kind else ("grey",), Path(path).stem, str(path))
     return unmeasured.remove_unmeasured(samples, reading)
 

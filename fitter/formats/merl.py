@@ -25,10 +25,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, mapped
+from ..arrays import BoolArray, Directions, FloatArray, map_directions
 from ..coordinates.rusinkiewicz import half_to_directions
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples, given_away
+from ..samples import HORIZON, RGB, Samples, freeze_new_arrays
 from .format import Format
 
 CELLS = 90, 90, 180
@@ -63,7 +63,7 @@ def read(path: str | Path, content: bytes) -> Samples:
     count = sum(map(np.count_nonzero, measured))
     if not count:
         raise DatasetError("no cell was measured: all are negative or below the horizon", path)
-    directions, values = mapped(np.empty, [count] * 4), np.empty((count, 3))
+    directions, values = map_directions(np.empty, [count] * 4), np.empty((count, 3))
     start = 0
     for i, above in enumerate(measured):        # one theta_h at a time, to save memory
         part = slice(start, start + int(np.count_nonzero(above)))
@@ -71,7 +71,7 @@ def read(path: str | Path, content: bytes) -> Samples:
             angle[part] = of_cells
         values[part] = planes[:, i][:, above].T * SCALE
         start = part.stop
-    given_away(*directions, values)
+    freeze_new_arrays(*directions, values)
     return Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTE,))
 
 

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import mapped
+from ..arrays import map_directions
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
@@ -57,7 +57,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     check_thetas(table[:, [0, 2]], line_of, path)
     check_azimuths(table[:, [1, 3]], line_of, path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
-    directions = mapped(np.copy, table[:, :4].T)
+    directions = map_directions(np.copy, table[:, :4].T)
     del values, table           # they may take more memory than the file
     return Samples(*directions, reflectance, RGB, Path(path).stem, str(path), reading.notes)
 

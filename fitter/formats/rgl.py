@@ -35,10 +35,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, joined
-from ..coordinates import between
+from ..arrays import FloatArray, concatenate_directions
+from ..coordinates import direction_sampling
 from ..errors import DatasetError
-from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, HORIZON, LARGEST_VALUE, RGB, Samples, repeated
+from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, HORIZON, LARGEST_VALUE, RGB, Samples, apply_symmetry
 from . import rgl_warp, tensor_file
 from .format import Format
 from .isotropy import rotations_note
@@ -71,16 +71,17 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     count = len(nodes[0])
     if not count:
         raise DatasetError("no measurement above the horizon", path)
-    others = between.directions(min(between.COUNT, _MOST_BETWEEN * count) if table.isotropic else count,
-                                table.isotropic)
-    directions, values = joined([nodes[:4], others]), np.concatenate([nodes[4], table.evaluate(*others)])
+    most = min(direction_sampling.COUNT, _MOST_BETWEEN * count) if table.isotropic else count
+    others = direction_sampling.sample_directions(most, table.isotropic)
+    directions = concatenate_directions([nodes[:4], others])
+    values = np.concatenate([nodes[4], table.evaluate(*others)])
     at = f"{len(table.theta_i)} angles of incidence" + ("" if table.isotropic else f" and {len(table.phi_i)} azimuths")
     note = f"{count:,} nodes at {at}, {len(values) - count:,} between by the interpolation that the file defines"
     if table.theta_i[-1] > _LAST_MEASURED:
         note += f"; beyond {np.degrees(table.theta_i[-2]):.0f} degrees it is the authors' extrapolation"
     notes = (note, *table.notes, *([] if table.isotropic else [rotations_note(nodes[0], nodes[1])]))
     samples = Samples(*directions, values, RGB, table.name, str(path), notes, isotropic=table.isotropic)
-    return repeated(samples, _SYMMETRIES[table.reduction])
+    return apply_symmetry(samples, _SYMMETRIES[table.reduction])
 
 
 def read_table(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> RglTable:

@@ -11,7 +11,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray, joined, mapped, selected
+from ..arrays import (
+    ArrayLike,
+    BoolArray,
+    Directions,
+    FloatArray,
+    IntArray,
+    concatenate_directions,
+    map_directions,
+    select_directions,
+)
 from ..samples import HORIZON
 from . import rgl_warp
 from .rgl_warp import Warp, cell
@@ -72,7 +81,7 @@ class RglTable:
 
         Beyond the tabulated angles of incidence it is that of the nearest one. Values may be negative.
         """
-        theta_i, phi_i, theta_o, phi_o = mapped(lambda angle: np.asarray(angle, dtype=float),
+        theta_i, phi_i, theta_o, phi_o = map_directions(lambda angle: np.asarray(angle, dtype=float),
                                                 np.broadcast_arrays(theta_i, phi_i, theta_o, phi_o))
         incident, outgoing = self._tabulated(phi_i, phi_o)
         x = np.sin(theta_i) * np.cos(incident) + np.sin(theta_o) * np.cos(outgoing)
@@ -136,7 +145,7 @@ class RglTable:
             factor = self._factor(*directions[:3], u_x[which], u_y[which])
             parts.append(directions)
             values.append(value[which] * factor[:, None])
-        return *joined(parts), np.concatenate(values)
+        return *concatenate_directions(parts), np.concatenate(values)
 
     @property
     def _closes(self) -> bool:
@@ -180,7 +189,7 @@ def _reflect_above_horizon(theta: float, phi: float, u_x: FloatArray, u_y: Float
     theta_o, phi_o = _reflected(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
     which = np.cos(theta_o) > _LOWEST
     which[1:] &= u_x[1:] > 0
-    return selected((theta_i, np.full_like(u_x, phi), theta_o, phi_o + phi), which), which
+    return select_directions((theta_i, np.full_like(u_x, phi), theta_o, phi_o + phi), which), which
 
 
 def _locate(nodes: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:

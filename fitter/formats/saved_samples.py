@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import mapped
+from ..arrays import map_directions
 from ..errors import DatasetError
 from ..samples import Samples
 from ..storage import files, npz
@@ -32,15 +32,15 @@ def write(samples: Samples, path: str | Path) -> None:
     Raises OSError if the file cannot be written; a file at `path` then stays as it was.
     """
     header = {"format": _FORMAT, "version": _VERSION, "name": samples.name,
-              "source": files.without_folders(samples.source), "notes": list(samples.notes),
+              "source": files.strip_folders(samples.source), "notes": list(samples.notes),
               "channels": list(samples.channels), "isotropic": samples.isotropic}
     arrays: dict[str, NDArray[Any]] = {"samples": np.array(json.dumps(header)),
                                        "directions": np.stack(samples.directions).astype(np.float32),
                                        "values": samples.values.astype(np.float32)}
     if samples.deviation is not None:
         arrays["deviation"] = samples.deviation.astype(np.float32)
-    with files.replacing(path) as stream:
-        stream.write(npz.written(arrays))
+    with files.replace_file(path) as stream:
+        stream.write(npz.to_bytes(arrays))
 
 
 def recognises(content: bytes) -> bool:
@@ -78,8 +78,9 @@ def read(path: str | Path, content: bytes) -> Samples:
         if isinstance(error, DatasetError):
             raise
         raise DatasetError(f"damaged samples: {error}", path) from error
-    return Samples(*mapped(np.asarray, numbers["directions"]), numbers["values"], tuple(channels), str(header["name"]),
-                   str(path), tuple(notes), deviation=numbers.get("deviation"), isotropic=bool(header["isotropic"]))
+    return Samples(*map_directions(np.asarray, numbers["directions"]), numbers["values"], tuple(channels),
+                   str(header["name"]), str(path), tuple(notes), deviation=numbers.get("deviation"),
+                   isotropic=bool(header["isotropic"]))
 
 
 FORMAT = Format("Saved samples", "samples saved by Measured BRDF (.npz)", (".npz",), recognises, read, is_text=False,

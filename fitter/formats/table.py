@@ -50,7 +50,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray, mapped
+from ..arrays import FloatArray, map_directions
 from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError, printable
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, Samples
 from . import plane, table_cells, table_layout, table_on_its_side, unmeasured
@@ -135,8 +135,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     directions, values, read_as, more = _measurements(columns, cells.numbers, reading, line_of, path, layout.line)
     channels, values, of_channels = reflectance(read_as, values, path, layout.line, reading)
     directions, values, deviation, repeated = averaged(directions, values)
-    samples = Samples(*mapped(np.asarray, directions.T), values, channels, name_of(said) or Path(path).stem, str(path),
-                      (*notes, *more, *of_channels, *repeated), deviation=deviation)
+    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name_of(said) or Path(path).stem,
+                      str(path), (*notes, *more, *of_channels, *repeated), deviation=deviation)
     return finished(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
 
 

@@ -24,10 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray, mapped
-from ..colours import linear_of_srgb
+from ..arrays import FloatArray, map_directions
+from ..colours import decode_srgb
 from ..errors import DatasetError
-from ..samples import LARGEST_VALUE, RGB, Samples, given_away
+from ..samples import LARGEST_VALUE, RGB, Samples, freeze_new_arrays
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
@@ -65,8 +65,9 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     distinct[0, 1:] = distinct[:, :, 0, 1:] = False
     theta, phi = np.arange(THETAS) * STEPS[0], np.arange(PHIS) * STEPS[1]
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
-    directions, values = mapped(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes), values[distinct]
-    given_away(*directions, values)
+    directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes)
+    values = values[distinct]
+    freeze_new_arrays(*directions, values)
     return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],)), reading)
 
 
@@ -81,8 +82,8 @@ def _decoded(stored: FloatArray, encoding: str) -> FloatArray:
     if encoding == "raw":
         return stored
     if encoding == "srgb":
-        return linear_of_srgb(stored)
-    return 100 * linear_of_srgb(np.maximum(stored, 0) / 140, 0.0375)       # the reader has this threshold
+        return decode_srgb(stored)
+    return 100 * decode_srgb(np.maximum(stored, 0) / 140, 0.0375)       # the reader has this threshold
 
 
 FORMAT = Format("UTIA", "UTIA .bin", (".bin",), recognises, read, ("isotropic", "encoding"), is_text=False,

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 from ..colours import DEFAULT, conversion
 from ..model import Reflectance, is_isotropic
-from ..model.published import Published
+from ..model.published import PublishedMaterial
 from ..samples import Samples
 from . import studio
 from .drawing import INK, Canvas
@@ -84,7 +84,7 @@ def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
     return picture
 
 
-def thumbnail(material: Published, size: int = SIZE) -> SingleArray:
+def thumbnail(material: PublishedMaterial, size: int = SIZE) -> SingleArray:
     """The picture of a material of the library: a cloth where it is one, else a sphere; (size, size, 4) float32.
 
     For what is nearly white it is stopped down, as a photographer does.

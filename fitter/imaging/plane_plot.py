@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, BoolArray, FloatArray
 from ..colours import DEFAULT, luminance
-from ..methods import beyond
+from ..methods import extrapolation
 from ..model import Reflectance
 from ..samples import Samples
 from .drawing import Color
@@ -69,7 +69,7 @@ class Plotted(NamedTuple):
 
     fit: Reflectance
     colours: str = DEFAULT
-    reaches: Sequence[beyond.Reach] = ()
+    reaches: Sequence[extrapolation.MeasuredDomain] = ()
 
 
 class Plane(NamedTuple):
@@ -122,7 +122,7 @@ def curves(fits: Sequence[Plotted], theta_i: float, phi_i: float = 0.0, theta: F
         if len(fits) > 1:
             values, colors = _grey(values, colours), PAIR[number:number + 1]
             near = None if near is None else (near[0], _grey(near[1], colours))
-        is_guess = beyond.are_of_any(np.full(len(at), theta_i), np.abs(at), reaches)
+        is_guess = extrapolation.is_extrapolated_in_any(np.full(len(at), theta_i), np.abs(at), reaches)
         made.append(Curve(at, values, colors, is_guess, near))
     return made
 

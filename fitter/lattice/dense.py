@@ -260,7 +260,7 @@ def refine(control_points: FloatArray, level: int) -> FloatArray:
     return np.ascontiguousarray(control_points)
 
 
-def refined(control_points: FloatArray | SingleArray, level: int, finer: int) -> FloatArray:
+def refine_to_level(control_points: FloatArray | SingleArray, level: int, finer: int) -> FloatArray:
     """Represent the same spline on the lattice of a level that is at least as fine: `refine`, as often as it takes."""
     fine = np.asarray(control_points, dtype=float)
     for each in range(level, finer):

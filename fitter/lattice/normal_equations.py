@@ -71,22 +71,22 @@ class NormalEquations:
         list of (k, channels) float64
             Of each lattice.
         """
-        matrix, moment = self.reduced(weights, z, norms)
+        matrix, moment = self.reduced_system(weights, z, norms)
         if not len(matrix):
             return [moment]
         matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
         solution = np.linalg.solve(matrix, moment)
         return [solution[unknowns] for unknowns in self._unknowns]
 
-    def reduced(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
-                ) -> tuple[FloatArray, FloatArray]:
+    def reduced_system(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
+                       ) -> tuple[FloatArray, FloatArray]:
         """The equations of `solve`, of one unknown for all images of a control point: matrix and right side."""
         matrix, moment = np.zeros((self._size, self._size)), np.zeros((self._size, z.shape[1]))
         for norm, unknowns in zip(norms, self._unknowns, strict=False):
             if norm.ndim == 1:
                 matrix[np.diag_indices(self._size)] += np.bincount(unknowns, norm, self._size)
             else:
-                at, folded = _folded(norm, unknowns)
+                at, folded = _fold_form(norm, unknowns)
                 matrix[at[:, None], at] = folded
         present, place = np.zeros(self._size + 1, dtype=bool), np.zeros(self._size + 1, dtype=int)
         for _, together in itertools.groupby(self._cells, lambda cell: cell[0] // _TOGETHER):
@@ -113,7 +113,7 @@ class NormalEquations:
         return matrix, moment
 
 
-def _folded(norm: FloatArray, unknowns: IntArray) -> tuple[IntArray, FloatArray]:
+def _fold_form(norm: FloatArray, unknowns: IntArray) -> tuple[IntArray, FloatArray]:
     """A quadratic form of control points as one of their unknowns: (k, k) and (k,) to those that it has and (u, u)."""
     used = np.flatnonzero(np.diagonal(norm))            # it is positive semidefinite: rows of the others are 0
     order = used[np.argsort(unknowns[used])]

@@ -83,7 +83,7 @@ def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, Floa
     finest = max(diffuse.level, sparse.level)
     if math.prod(dense.shape(finest, sparse.axes)) > MOST_DENSE:
         return None
-    return finest, sum((dense.refined(box, level, finest) for box, level in (
+    return finest, sum((dense.refine_to_level(box, level, finest) for box, level in (
         (diffuse.control_points, diffuse.level), (sparse.dense, sparse.level))), np.zeros(1))
 
 

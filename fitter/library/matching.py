@@ -19,7 +19,7 @@ from .. import progress
 from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
 from ..imaging import studio
-from ..methods.editing import level_of
+from ..methods.editing import split_level
 from ..model import Reflectance, is_isotropic, published
 from ..model.edit import diffuse_part
 
@@ -60,7 +60,7 @@ class Match(NamedTuple):
         Factors of both parts, for each channel, as `editing.edited` takes them.
     """
 
-    material: published.Published
+    material: published.PublishedMaterial
     error: float
     adjusted: float
     diffuse: tuple[float, ...]
@@ -71,14 +71,14 @@ class _Split:
     """A reflectance, the diffuse part after the whole, as channels."""
 
     def __init__(self, model: Reflectance) -> None:
-        self._model, self._level = model, level_of(model)
+        self._model, self._level = model, split_level(model)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         whole = self._model.evaluate(theta_i, phi_i, theta_o, phi_o)
         return np.concatenate([whole, diffuse_part(whole, self._level)], axis=-1)
 
 
-def nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str, list[Match]]:
+def find_nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str, list[Match]]:
     """The isotropic materials of the library that are nearest to a photograph of a ball, each with its factors.
 
     Parameters
@@ -109,11 +109,11 @@ def nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str,
                            "of its middle square")
     names = [window] if window else [*WINDOWS]
     weight = (values + _DIM * values.mean()) ** (-2 / 3)
-    materials = [each for each in published.offered() if is_isotropic(each.model)]
+    materials = [each for each in published.list_offered() if is_isotropic(each.model)]
     found: dict[str, list[Match]] = {name: [] for name in names}
     for number, material in enumerate(materials):
         progress.report(number / len(materials), material.label)
-        shown = studio.under_skies(_Split(material.model), normal, (_even, *map(_sky, names)))
+        shown = studio.under_skies(_Split(material.model), normal, (_even_light, *map(_sky, names)))
         for name, lit in zip(names, shown[1:], strict=True):
             found[name].append(_match(material, shown[0], lit, values, weight))
     best = min(names, key=lambda name: min(each.error for each in found[name]))
@@ -123,21 +123,21 @@ def nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str,
     return best, sorted(found[best], key=lambda each: each.adjusted + _OWN * each.error)[:count]
 
 
-def _match(material: published.Published, even: FloatArray, lit: FloatArray, values: FloatArray,
+def _match(material: published.PublishedMaterial, even: FloatArray, lit: FloatArray, values: FloatArray,
            weight: FloatArray) -> Match:
     """A material under both lights, (n, 6) each, beside the photograph, (n, 3)."""
     target, size = weight * values, float(np.linalg.norm(weight * values))
-    (first, second), error = _two(weight * even[:, :3], weight * lit[:, :3], target)
+    (first, second), error = _two_factors(weight * even[:, :3], weight * lit[:, :3], target)
     whole = first * even + second * lit
     diffuse, highlight = weight * whole[:, 3:], weight * (whole[:, :3] - whole[:, 3:])
     columns = zip(diffuse.T, highlight.T, target.T, strict=True)
-    factors, left = zip(*(_two(*each) for each in columns), strict=True)
+    factors, left = zip(*(_two_factors(*each) for each in columns), strict=True)
     parts = [np.ones(3) if np.linalg.norm(part) < _LEAST * size else np.array(found)
              for part, found in zip((diffuse, highlight), zip(*factors, strict=True), strict=True)]
     return Match(material, error / size, float(np.linalg.norm(left)) / size, *(tuple(each.tolist()) for each in parts))
 
 
-def _two(first: FloatArray, second: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
+def _two_factors(first: FloatArray, second: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
     """Two factors from 0 to `_LARGEST` of two columns whose sum is nearest to a target, and the error that is left."""
     columns, target = np.stack([first.ravel(), second.ravel()], axis=1), target.ravel()
     whole = np.linalg.lstsq(columns, target, rcond=None)[0]
@@ -196,7 +196,7 @@ def _has_outline(picture: FloatArray) -> bool:
     return clear >= _CLEAR
 
 
-def _even(direction: FloatArray) -> FloatArray:
+def _even_light(direction: FloatArray) -> FloatArray:
     return np.ones(direction.shape[:-1])
 
 

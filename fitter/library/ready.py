@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .. import methods
 from ..cycles.node_lobes import Shape
-from ..cycles.node_mixture import NodeMixture, Nodes, Sampling, node_mixtures, walk_below
+from ..cycles.node_mixture import NodeMixture, Nodes, Sampling, node_mixtures, subsurface_walk
 from ..cycles.principled import principled
 from ..cycles.principled_bsdf import Principled
 from ..errors import DatasetError
@@ -89,8 +89,8 @@ def write(made: Ready, path: str | Path) -> None:
                    f"{engine}_colours": np.stack(colours).astype(np.float32),
                    f"{engine}_table": np.hstack([column.reshape(len(mixture.theta), -1)
                                                  for column in columns]).astype(np.float32)}
-    with files.replacing(path) as stream:
-        stream.write(npz.written(arrays))
+    with files.replace_file(path) as stream:
+        stream.write(npz.to_bytes(arrays))
 
 
 def read(path: str | Path) -> Ready:
@@ -99,7 +99,7 @@ def read(path: str | Path) -> Ready:
         arrays = npz.read(files.read_bytes(path, npz.LARGEST))
         made = Fit.from_bytes(arrays["fit"].tobytes())
         cycles, eevee = (_mixture(*(arrays[f"{engine}_{name}"] for name in _OF_MIXTURE)) for engine in _ENGINES)
-        return Ready(made, Nodes(cycles, eevee, walk_below(made)), _principled(arrays["principled"]))
+        return Ready(made, Nodes(cycles, eevee, subsurface_walk(made)), _principled(arrays["principled"]))
     except (ValueError, KeyError) as error:
         raise DatasetError(f"a damaged fit of the starter library: {error}", path) from error
 

@@ -73,12 +73,12 @@ def edited(fit: Fit, diffuse: ArrayLike = 1.0, highlight: ArrayLike = 1.0, width
         raise ValueError(f"factors of {[factor.size for factor in factors]} channels for a fit of {len(fit.channels)}")
     if channels > len(fit.channels):
         fit = replace(fit, channels=RGB, columns=fit.columns * channels)
-    level = _level(fit.above)
-    balance = np.zeros((0, len(level))) if width == 1 else _balance(fit.above, level, width)
+    level = _level(fit.surface)
+    balance = np.zeros((0, len(level))) if width == 1 else _balance(fit.surface, level, width)
     return replace(fit, edit=Edit(np.broadcast_to(factors[0], channels).copy(),
                                   np.broadcast_to(factors[1], channels).copy(), level, float(width), balance,
                                   float(coat), float(coat_width),
-                                  _through(coat, coat_width) if coat else np.zeros((0, 1))))
+                                  _coat_transmittance(coat, coat_width) if coat else np.zeros((0, 1))))
 
 
 def _factor(name: str, value: ArrayLike) -> FloatArray:
@@ -100,7 +100,7 @@ class _Coat:
 
 
 @dataclass(frozen=True)
-class _Columns:
+class _LatticeColumns:
     """A fit without its edit, or the highlight of one, in each column of its lattices."""
 
     fit: Fit
@@ -116,16 +116,16 @@ class _Columns:
         if self.edit is None:
             return np.maximum(measured.evaluate(theta_i, phi_i, theta_o, phi_o), 0)
         angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
-        value = self.edit.widened(measured.evaluate, *(angle.ravel() for angle in angles))
+        value = self.edit.widen_highlight(measured.evaluate, *(angle.ravel() for angle in angles))
         return value.reshape(*angles[0].shape, -1)
 
 
 def _level(fit: Fit) -> FloatArray:
     """The level of the split: (columns,), 1/sr."""
-    return level_of(_Columns(fit), fit.isotropic)
+    return split_level(_LatticeColumns(fit), fit.isotropic)
 
 
-def level_of(model: Reflectance, isotropic: bool = True) -> FloatArray:
+def split_level(model: Reflectance, isotropic: bool = True) -> FloatArray:
     """The level at which `edited` splits a reflectance: (channels,), 1/sr. Below it lies a quarter of all pairs of
     directions, each distributed as a Lambertian reflects."""
     at = np.arange(_PAIRS)
@@ -139,8 +139,8 @@ def level_of(model: Reflectance, isotropic: bool = True) -> FloatArray:
 def _balance(fit: Fit, level: FloatArray, width: float) -> FloatArray:
     """`Edit.balance`: (DAMPING_KNOTS, columns)."""
     ones = np.ones(len(level))
-    before, after = (energy.reflected_light(_Columns(fit, Edit(ones, ones, level, each)), _KNOTS, _CELLS).mean(axis=0)
-                     for each in (1.0, width))
+    edits = (Edit(ones, ones, level, each) for each in (1.0, width))
+    before, after = (energy.reflected_light(_LatticeColumns(fit, each), _KNOTS, _CELLS).mean(axis=0) for each in edits)
     wanted, control_points = before.sum(axis=1), np.ones((DAMPING_KNOTS, len(level)))
     for _ in range(_ROUNDS):
         reflected = factor_of_angle(control_points, _KNOTS) * np.einsum("vkc,kc->vc", after, control_points)
@@ -149,6 +149,6 @@ def _balance(fit: Fit, level: FloatArray, width: float) -> FloatArray:
     return control_points
 
 
-def _through(weight: float, width: float) -> FloatArray:
+def _coat_transmittance(weight: float, width: float) -> FloatArray:
     """`Edit.through`: (DAMPING_KNOTS, 1). The albedo is smooth, so that control points may be its values."""
     return 1 - weight * energy.reflected_light(_Coat(width), _KNOTS, _CELLS).mean(axis=0).sum(axis=1)

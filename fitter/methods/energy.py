@@ -22,11 +22,11 @@ from ..coordinates.half_difference import unproject
 from ..model import Reflectance, is_isotropic
 from ..model.fit import Fit
 from ..model.transform import LogRelative, factor_of_angle
-from ..samples import Samples, some
+from ..samples import Samples, subsample
 from ..shader_constants import DAMPING_KNOTS
 from .lattices import MOST
 
-VIEWS = np.radians([*range(0, 80, 2), *range(80, 91)])
+OUTGOING_ANGLES = np.radians([*range(0, 80, 2), *range(80, 91)])
 """Polar angles at which the albedo is checked, radians."""
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
 _FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
@@ -40,7 +40,7 @@ _ROUNDS = 30                # by the square root, each of which halves the exces
 _INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
 
 
-def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
+def conserve_energy(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     """Damp a fit where its directional albedo exceeds 1; `Fit.changes` says where, and by how much.
 
     Parameters
@@ -55,7 +55,7 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     if few.sum(axis=2).max() < _FAR_FROM_1:
         return fit
     with progress.part(0.15, 1.0):
-        light = _light_at_views(fit, few)
+        light = _reflected_at_angles(fit, few)
     total = light.sum(axis=2).max(axis=0)
     if total.max() <= 1 + TOLERANCE:
         return fit
@@ -64,17 +64,17 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     return replace(damped, changes=(_description(fit, damped, total, farthest, samples),))
 
 
-def _light_at_views(fit: Fit, few: FloatArray) -> FloatArray:
-    """`reflected_light` at `VIEWS`, given that at a few angles."""
+def _reflected_at_angles(fit: Fit, few: FloatArray) -> FloatArray:
+    """`reflected_light` at `OUTGOING_ANGLES`, given that at a few angles."""
     azimuths: tuple[float, ...] | None = None
     if not fit.isotropic:       # the brightest of them
         azimuths = tuple(_AZIMUTHS[way] for way in {*few.sum(axis=2).max(axis=2).argmax(axis=0)})
     with progress.part(0.0, 0.8):
-        light = reflected_light(fit, VIEWS, _CELLS, azimuths)
+        light = reflected_light(fit, OUTGOING_ANGLES, _CELLS, azimuths)
     large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE
     if large.any():
         with progress.part(0.8, 1.0):
-            light[:, large] = reflected_light(fit, VIEWS[large], _FINE_CELLS, azimuths)
+            light[:, large] = reflected_light(fit, OUTGOING_ANGLES[large], _FINE_CELLS, azimuths)
     return light
 
 
@@ -116,9 +116,9 @@ def _damping(light: FloatArray) -> FloatArray:
     control_points = np.ones((DAMPING_KNOTS, 1))
 
     low, high = (unproject(np.clip(knots + side, 0, 1)) + np.sign(side) * np.radians(2) for side in (-reach, reach))
-    influences = (low[:, None] <= VIEWS) & (high[:, None] >= VIEWS)
+    influences = (low[:, None] <= OUTGOING_ANGLES) & (high[:, None] >= OUTGOING_ANGLES)
     for power in [0.5] * _ROUNDS + [1.0]:
-        albedos = (factor_of_angle(control_points, VIEWS)
+        albedos = (factor_of_angle(control_points, OUTGOING_ANGLES)
                    * np.einsum("wvkc,k->wvc", light, control_points[:, 0])).max(axis=(0, 2))
         over = np.maximum(albedos / most, 1)
         control_points *= np.stack([over[at].max() for at in influences])[:, None] ** -power
@@ -127,9 +127,9 @@ def _damping(light: FloatArray) -> FloatArray:
 
 def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, samples: Samples) -> str:
     """Say what was changed."""
-    worst = np.degrees(VIEWS[before.max(axis=1).argmax()])
-    over = np.degrees(VIEWS[(before > 1 + TOLERANCE).any(axis=1)])
-    at = some(samples, MOST).directions
+    worst = np.degrees(OUTGOING_ANGLES[before.max(axis=1).argmax()])
+    over = np.degrees(OUTGOING_ANGLES[(before > 1 + TOLERANCE).any(axis=1)])
+    at = subsample(samples, MOST).directions
     after, all_of_it = (float((np.cos(at[2])[:, None] * np.abs(each.evaluate(*at))).sum())
                         for each in (damped, fit))
     lost = 100 * (1 - after / all_of_it) if all_of_it else 0.0

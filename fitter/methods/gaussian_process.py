@@ -56,7 +56,7 @@ class Kernel:
 
     def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
         """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
-        return _by_rows(lambda rows: self._covariance(rows, other), mu, len(other))
+        return _apply_to_rows(lambda rows: self._covariance(rows, other), mu, len(other))
 
     def gram(self, mu: FloatArray) -> FloatArray:
         """Covariance of the field between points, half of which is computed: (n, axes) to (n, n)."""
@@ -85,7 +85,7 @@ class Kernel:
         return np.array((1.0, 1 - self.reciprocity, 1.0) if axes == ISOTROPIC_AXES else (1.0, 1.0, 0.0, 0.0))
 
 
-def _by_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
+def _apply_to_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
     """A function of points, (k, axes) to (k, columns), of few at a time: (n, axes) to (n, columns)."""
     return np.concatenate([np.zeros((0, columns)), *(function(mu[start:start + _CHUNK])
                                                      for start in range(0, len(mu), _CHUNK))])
@@ -122,9 +122,10 @@ class Field:
     weights: FloatArray
     at_samples: FloatArray
 
-    def at(self, mu: FloatArray) -> FloatArray:
+    def predict(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, axes) to (m, channels)."""
-        return _by_rows(lambda rows: self.kernel.covariance(rows, self.mu) @ self.weights, mu, self.weights.shape[1])
+        channels = self.weights.shape[1]
+        return _apply_to_rows(lambda rows: self.kernel.covariance(rows, self.mu) @ self.weights, mu, channels)
 
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> tuple[Field, FloatArray]:
@@ -150,7 +151,7 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
 
     >>> mu = np.array([[0.2, 0.1, 0.3], [0.6, 0.0, 0.1]])
     >>> field, _ = krige(mu, np.array([[1.0], [-2.0]]), Kernel(noise=0.0), np.zeros(2))
-    >>> field.at(mu)[:, 0].round(4).tolist()
+    >>> field.predict(mu)[:, 0].round(4).tolist()
     [1.0, -2.0]
     """
     noise = kernel.noise + _TINY + known
@@ -162,7 +163,7 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / of_inverse[:, None]
 
 
-class Likeliest(NamedTuple):
+class MaximumLikelihood(NamedTuple):
     """Under what samples are likeliest.
 
     Attributes
@@ -210,44 +211,44 @@ class Search:
         self._covariances: dict[tuple[int, Kernel], FloatArray] = {}
         self._innovations: dict[tuple[int, Kernel], tuple[FloatArray, FloatArray]] = {}
 
-    def best(self, systems: Sequence[int]) -> Likeliest:
+    def maximise(self, systems: Sequence[int]) -> MaximumLikelihood:
         """The likeliest that was found in systems, by changing prior, system, length and reciprocity in turn."""
-        likeliest = self._likeliest(systems[len(systems) // 2], Kernel(reciprocity=self.reciprocities[0]),
-                                    len(self.candidates) - 1)
+        likeliest = self._maximise_noise(systems[len(systems) // 2], Kernel(reciprocity=self.reciprocities[0]),
+                                         len(self.candidates) - 1)
         for turn in range(_ROUNDS):
             before = likeliest
             progress.report(turn / _ROUNDS)
-            likeliest = max((self._likeliest(likeliest.system, likeliest.kernel, prior)
+            likeliest = max((self._maximise_noise(likeliest.system, likeliest.kernel, prior)
                              for prior in range(len(self.candidates))), key=_value)
-            likeliest = max((self._likeliest(system, likeliest.kernel, likeliest.prior) for system in systems),
+            likeliest = max((self._maximise_noise(system, likeliest.kernel, likeliest.prior) for system in systems),
                             key=_value)
             progress.report((turn + 0.5) / _ROUNDS)
             for number, choices in {"length": LENGTHS, "reciprocity": self.reciprocities}.items():
                 kernels = [replace(likeliest.kernel, **{number: each}) for each in choices]
-                likeliest = max((self._likeliest(likeliest.system, kernel, likeliest.prior) for kernel in kernels),
+                likeliest = max((self._maximise_noise(likeliest.system, kernel, likeliest.prior) for kernel in kernels),
                                 key=_value)
             if likeliest == before:
                 break
         return likeliest
 
-    def _likeliest(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
+    def _maximise_noise(self, system: int, kernel: Kernel, prior: int) -> MaximumLikelihood:
         """The likeliest noise, with all else given: uphill from that of a kernel."""
-        likeliest, first = self._with_noise(system, kernel, prior), NOISES.index(kernel.noise)
+        likeliest, first = self._evaluate_noise(system, kernel, prior), NOISES.index(kernel.noise)
         for noises in (NOISES[first + 1:], NOISES[:first][::-1]):
             for noise in noises:
-                other = self._with_noise(system, replace(kernel, noise=noise), prior)
+                other = self._evaluate_noise(system, replace(kernel, noise=noise), prior)
                 if other.value <= likeliest.value:
                     break
                 likeliest = other
         return likeliest
 
-    def _with_noise(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
-        variances, errors = self._predicted(system, kernel)
+    def _evaluate_noise(self, system: int, kernel: Kernel, prior: int) -> MaximumLikelihood:
+        variances, errors = self._predict(system, kernel)
         first = sum(each.shape[1] for each in self.candidates[:prior])
         of_prior = errors[:, first:first + self.candidates[prior].shape[1]]
-        return Likeliest(likelihood(variances, of_prior ** 2) - self.penalties[prior], kernel, system, prior)
+        return MaximumLikelihood(likelihood(variances, of_prior ** 2) - self.penalties[prior], kernel, system, prior)
 
-    def _predicted(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
+    def _predict(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
         """Each sample's variance given those before it, (n,), and the error of its prediction from these, (n, channels
         of all candidates), which are uncorrelated: the diagonal and the rows of a Cholesky factor."""
         if (system, kernel) not in self._innovations:
@@ -274,7 +275,7 @@ class Search:
         return self._covariances[system, kernel]
 
 
-def _value(each: Likeliest) -> float:
+def _value(each: MaximumLikelihood) -> float:
     return each.value
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Directions, FloatArray, IntArray, selected
+from ..arrays import Directions, FloatArray, IntArray, select_directions
 from ..coordinates import Coordinates
 from ..model.microfacet import Microfacet
 from ..model.transform import LogRelative
@@ -31,7 +31,7 @@ _FAILED = 1.0               # noise, relative to the field's variance, above whi
 
 
 @dataclass(frozen=True)
-class Highlight:
+class HighlightColour:
     """What samples say of a highlight's colour.
 
     Attributes
@@ -62,7 +62,7 @@ class Highlight:
         which = np.flatnonzero(share > _LEAST_SHARE)
         blended = continued.copy()
         if len(which):
-            at = selected(directions, which)
+            at = select_directions(directions, which)
             colours = continued[which] - continued[which].mean(axis=1, keepdims=True)
             means = self._weighted_means(at, which if left_out else None)
             recoloured = continued[which] + share[which, None] * (means - colours)
@@ -97,7 +97,7 @@ def highlight_share(transform: LogRelative, directions: Directions) -> FloatArra
 
 
 def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, known: FloatArray, left_out: FloatArray,
-         ) -> tuple[Highlight | None, FloatArray]:
+         ) -> tuple[HighlightColour | None, FloatArray]:
     """The highlight of samples, or None where the process predicts these better; and how they are predicted.
 
     Parameters
@@ -113,8 +113,8 @@ def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, kno
     if np.count_nonzero(share) < 2 or left_out.shape[1] == 1:
         return None, left_out
     field = transform.field(samples.values, *samples.directions)
-    found = Highlight(transform, coordinates, 2 * coordinates.encode(*samples.directions) - 1,
-                      field - field.mean(axis=1, keepdims=True), share)
+    found = HighlightColour(transform, coordinates, 2 * coordinates.encode(*samples.directions) - 1,
+                            field - field.mean(axis=1, keepdims=True), share)
     blended = found.blend(samples.directions, left_out, left_out=True)
     wanted, bounded = np.cbrt(np.maximum(samples.values, 0)), replace(transform, floor=0.0)
     before, after = (((np.cbrt(bounded.reflectance(each, *samples.directions)) - wanted) ** 2).sum(axis=1)

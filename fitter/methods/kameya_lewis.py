@@ -41,6 +41,6 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
     if levels.specular is not None:
         with progress.part(0.2, 1.0, "Fitting the sparse lattice"):
             control_points, _ = mba.approximate(x, residual, levels.specular)
-            specular = sparse.keep_largest(control_points, levels.specular, levels.kept_of(x.shape[1]))
-    return Fit(coordinates, diffuse, specular, compression=levels.dropped, channels=samples.channels,
+            specular = sparse.keep_largest(control_points, levels.specular, levels.kept_count(x.shape[1]))
+    return Fit(coordinates, diffuse, specular, compression=levels.effective_compression, channels=samples.channels,
                name=samples.name, source=samples.source)

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import progress
-from ..arrays import ArrayLike, Directions, FloatArray, IntArray, joined, selected
+from ..arrays import ArrayLike, Directions, FloatArray, IntArray, concatenate_directions, select_directions
 from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
@@ -25,10 +25,10 @@ from ..lattice.normal_equations import NormalEquations, gains
 from ..lattice.positive_definite import inverse_root
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
-from ..samples import Samples, some, subset
-from . import beyond
+from ..samples import Samples, subsample, subset
+from . import extrapolation
 from .gaussian_process import Field, Kernel
-from .highlight import Highlight
+from .highlight import HighlightColour
 from .levels import Levels
 from .prior import WEIGHT
 
@@ -43,7 +43,7 @@ _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense 
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
 _PARTS, _STEPS = 5, 2       # lots in which incidences are left out, and how many of these are told apart in a degree
 _ALIKE = 1.06               # errors of kernels up to this ratio are no different
-_STIFFNESS = 0.1            # of a control point that moves from the spline through the nodes: errors at as many samples
+_PRIOR_PRECISION = 0.1      # of a control point that moves from the spline through the nodes: errors at as many samples
                             # as that count as much as a move (.01 follows 1,439 samples too closely, 1 few too little)
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
 _TOGETHER = 4500            # control points that are fitted together: their equations take the square of it in memory
@@ -53,7 +53,7 @@ _PRECISE = 0.02             # deviation of a sample, relative to it, up to which
 
 
 def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
-                 highlight: Highlight | None = None) -> tuple[DenseLattice, SparseLattice | None]:
+                 highlight: HighlightColour | None = None) -> tuple[DenseLattice, SparseLattice | None]:
     """Fit the lattices to a field.
 
     Parameters
@@ -67,19 +67,19 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
     """
     progress.report(0.0, "Fitting the dense lattice")
     nodes = dense.nodes(levels.diffuse)
-    values = field.at(2 * nodes.reshape(-1, nodes.shape[-1]) - 1).reshape(*nodes.shape[:-1], -1)
+    values = field.predict(2 * nodes.reshape(-1, nodes.shape[-1]) - 1).reshape(*nodes.shape[:-1], -1)
     if levels.diffuse:
         values[0] = _mean_over_azimuths(field, 2 * nodes[0] - 1)
-    values = _guessed(values, nodes, samples, coordinates, field)
+    values = _transfer_last_colour(values, nodes, samples, coordinates, field)
     if highlight is not None:
         flat = values.reshape(-1, values.shape[-1])
         values = highlight.blend(coordinates.decode(nodes.reshape(-1, nodes.shape[-1])), flat).reshape(values.shape)
     box = dense.interpolate(values, levels.diffuse)
     progress.report(0.2)
     between = _random_directions(samples)
-    directions = joined([samples.directions, between])
+    directions = concatenate_directions([samples.directions, between])
     x = coordinates.encode(*directions)
-    wanted = np.concatenate([field.at_samples, field.at(2 * x[len(samples):] - 1)])
+    wanted = np.concatenate([field.at_samples, field.predict(2 * x[len(samples):] - 1)])
     if highlight is not None:
         wanted = highlight.blend(directions, wanted)
     # together the directions between weigh as much as the samples
@@ -90,26 +90,27 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
     if levels.diffuse <= _FINEST[x.shape[1]]:       # a finer one interpolates well enough
         residual = wanted - dense.evaluate(box, levels.diffuse, x)
         chosen = _most_useful(x, levels.diffuse, weights, residual, _TOGETHER, np.zeros(0, int))
-        norm = np.full(len(chosen), _STIFFNESS)
+        norm = np.full(len(chosen), _PRIOR_PRECISION)
         moves, = NormalEquations(x, [(levels.diffuse, chosen)]).solve(weights, residual, [norm])
-        box += _boxed(levels.diffuse, x.shape[1], chosen, moves)
+        box += _scatter_to_box(levels.diffuse, x.shape[1], chosen, moves)
     diffuse = DenseLattice(levels.diffuse, box.astype(np.float32))
     if levels.specular is None:
         return diffuse, None
     progress.report(0.3, "Fitting the sparse lattice")
     return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), weights, levels.specular,
-                                             levels.kept_of(3))
+                                             levels.kept_count(3))
 
 
-def _guessed(values: FloatArray, nodes: FloatArray, samples: Samples, coordinates: Coordinates, field: Field,
-             ) -> FloatArray:
+def _transfer_last_colour(values: FloatArray, nodes: FloatArray, samples: Samples, coordinates: Coordinates,
+                          field: Field) -> FloatArray:
     """The values (..., channels) at nodes (..., 3), with the colour of the last angles where these are beyond."""
-    limits, at = beyond.reach(samples), coordinates.decode(nodes.reshape(-1, nodes.shape[-1]))
-    which = beyond.are(at[0], at[2], limits)
+    limits, at = extrapolation.measured_domain(samples), coordinates.decode(nodes.reshape(-1, nodes.shape[-1]))
+    which = extrapolation.is_extrapolated(at[0], at[2], limits)
     flat = values.reshape(-1, values.shape[-1])
-    at = selected(at, which)
-    there = field.at(2 * coordinates.encode(*beyond.held(at, limits)) - 1)
-    flat[which] += beyond.far(at[0], at[2], limits)[:, None] * (beyond.coloured_as(there, flat[which]) - flat[which])
+    at = select_directions(at, which)
+    there = field.predict(2 * coordinates.encode(*extrapolation.clamp_to_domain(at, limits)) - 1)
+    far = extrapolation.extrapolation_distance(at[0], at[2], limits)[:, None]
+    flat[which] += far * (extrapolation.transfer_colour(there, flat[which]) - flat[which])
     return flat.reshape(values.shape)
 
 
@@ -119,7 +120,7 @@ def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
     radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
     turn = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)       # a quarter: the field is even in x and y there
     ring = np.stack([0 * np.outer(radius, turn), np.outer(radius, np.cos(turn)), np.outer(radius, np.sin(turn))], -1)
-    mean = field.at(ring.reshape(-1, 3)).reshape(len(radius), _AZIMUTHS, -1).mean(axis=1)
+    mean = field.predict(ring.reshape(-1, 3)).reshape(len(radius), _AZIMUTHS, -1).mean(axis=1)
     return np.asarray(mean[which.reshape(mu.shape[:-1])])
 
 
@@ -153,9 +154,9 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
     levels : Levels
         At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """
-    used = some(samples, _LOOKED_AT)
+    used = subsample(samples, _LOOKED_AT)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
-    which, stood_for = stratified(x)
+    which, stood_for = stratified_sample(x)
     x, used = x[which], subset(used, which)
     z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset, stood_for)
 
@@ -164,44 +165,45 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
     level, finer = min(levels.diffuse, _FINEST[axes]), levels.diffuse
     norm = kernel.noise * precision(level, axes, kernel)
     control_points, = NormalEquations(x, [(level, None)]).solve(weights, z, [norm])
-    box = _refined(control_points, level, finer, axes)
-    limits = beyond.reach(samples)
-    guessed = beyond.directions(limits, samples.isotropic)
+    box = _refine_box(control_points, level, finer, axes)
+    limits = extrapolation.measured_domain(samples)
+    guessed = extrapolation.sample_extrapolated(limits, samples.isotropic)
     if len(guessed[0]):
         # either way of the light: what nobody measured is reciprocal
         at, there = ([coordinates.encode(*each) for each in (pairs, (*pairs[2:], *pairs[:2]))]
-                     for pairs in (guessed, beyond.held(guessed, limits)))
+                     for pairs in (guessed, extrapolation.clamp_to_domain(guessed, limits)))
         continued, last = (np.mean([dense.evaluate(box, finer, each) for each in both], axis=0)
                            for both in (at, there))
-        guesses = beyond.guess(continued, last)
+        guesses = extrapolation.extrapolate(continued, last)
         x, z = np.concatenate([x, *at]), np.concatenate([z, guesses, guesses])
         weights = np.concatenate([weights, np.ones(2 * len(guesses))])
     if level < finer:
         residual = z - dense.evaluate(box, finer, x)
         chosen = _most_useful(x, finer, weights, residual, _TOGETHER, no_keys)
-        box += _boxed(finer, axes, chosen, _solved(x, finer, chosen, weights, residual, kernel))
+        box += _scatter_to_box(finer, axes, chosen, _solve_control_points(x, finer, chosen, weights, residual, kernel))
     if levels.specular is None:
         return DenseLattice(finer, box.astype(np.float32)), None
-    keys, sparse = no_keys, _boxed(levels.specular, axes, no_keys, z[:0])
+    keys, sparse = no_keys, _scatter_to_box(levels.specular, axes, no_keys, z[:0])
     for number in range(_BATCHES[axes]):
         progress.report(0.4 + 0.6 * number / _BATCHES[axes], "Fitting the sparse lattice")
         residual = z - dense.evaluate(box, finer, x) - dense.evaluate(sparse, levels.specular, x)
-        count = min(levels.kept_of(axes) // _BATCHES[axes], _TOGETHER)
+        count = min(levels.kept_count(axes) // _BATCHES[axes], _TOGETHER)
         chosen = _most_useful(x, levels.specular, weights, residual, count, keys)
         keys = np.union1d(keys, chosen)
         if level == finer and len(control_points) + len(keys) <= _TOGETHER:
             equations = NormalEquations(x, [(level, None), (levels.specular, keys)])
             control_points, of_sparse = equations.solve(weights, z, [norm, _independent(keys, kernel)])
-            box, sparse = _refined(control_points, level, finer, axes), _boxed(levels.specular, axes, keys, of_sparse)
+            box = _refine_box(control_points, level, finer, axes)
+            sparse = _scatter_to_box(levels.specular, axes, keys, of_sparse)
         else:
-            of_sparse = _solved(x, levels.specular, chosen, weights, residual, kernel)
-            sparse += _boxed(levels.specular, axes, chosen, of_sparse)
+            of_sparse = _solve_control_points(x, levels.specular, chosen, weights, residual, kernel)
+            sparse += _scatter_to_box(levels.specular, axes, chosen, of_sparse)
     index = perfect_hash.build(keys)
     return (DenseLattice(finer, box.astype(np.float32)),
             SparseLattice(levels.specular, index, sparse.reshape(-1, z.shape[1])[index.keys].astype(np.float32), axes))
 
 
-def stratified(x: FloatArray) -> tuple[IntArray, FloatArray]:
+def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
     """At most `MOST` of coordinates (n, axes) in [0, 1]: their indices, and how many each stands for.
 
     Some are a stratified random sample of the cells of a grid, with as many of each: about a mirror direction a table
@@ -231,8 +233,8 @@ def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: Float
     return least_squares.largest(gain, dense.representative(level, x.shape[1]).ravel(), count)[1]
 
 
-def _solved(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray, kernel: Kernel,
-            ) -> FloatArray:
+def _solve_control_points(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray,
+                          kernel: Kernel) -> FloatArray:
     """Independent control points that follow a residual: (k, channels)."""
     control_points, = NormalEquations(x, [(level, keys)]).solve(weights, residual, [_independent(keys, kernel)])
     return control_points
@@ -273,7 +275,7 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     values = np.empty((len(systems), len(transforms)))
     for number, system in enumerate(systems):
         equations = NormalEquations(system.encode(*samples.directions), [(level, None)])
-        matrix, moment = equations.reduced(weights, z)
+        matrix, moment = equations.reduced_system(weights, z)
         root = np.linalg.cholesky(matrix + kernel.noise * inverse)
         squares = np.maximum(total - (np.linalg.solve(root, moment) ** 2).sum(axis=0), np.finfo(float).tiny)
         logarithms = 2 * np.log(np.diag(root)).sum() - of_lattice
@@ -282,7 +284,7 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     return values
 
 
-class LeftOut:
+class IncidenceValidation:
     """How well a dense lattice predicts whole incidences of many samples that it has not seen, for any kernel.
 
     Incidences between the flattest and the steepest are left out, in `_PARTS` lots: of a few every one by itself, of
@@ -299,7 +301,7 @@ class LeftOut:
         self._lots = []
         for out in (part == number for number in range(_PARTS)):
             if out.any() and not out.all():
-                equations = NormalEquations(x[~out], [(self._level, None)]).reduced(weights[~out], z[~out])
+                equations = NormalEquations(x[~out], [(self._level, None)]).reduced_system(weights[~out], z[~out])
                 self._lots.append((*equations, x[out], weights[out, None], z[out]))
 
     def error(self, kernel: Kernel) -> float:
@@ -313,7 +315,7 @@ class LeftOut:
         return np.asarray(np.linalg.solve(matrix, moment)[self._unknown].reshape(
             *dense.shape(self._level, self._axes), -1))
 
-    def roughest(self, kernels: Sequence[Kernel]) -> Kernel:
+    def select_kernel(self, kernels: Sequence[Kernel]) -> Kernel:
         """The first of kernels whose error is the least, but for what so coarse a lattice does not show."""
         errors = [self.error(kernel) for kernel in kernels]
         return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= _ALIKE * min(errors))
@@ -331,16 +333,16 @@ def _parts(samples: Samples) -> IntArray:
     return np.where(between, np.unique(incidences, return_inverse=True)[1] % _PARTS, -1)
 
 
-def _boxed(level: int, axes: int, keys: IntArray, control_points: FloatArray) -> FloatArray:
+def _scatter_to_box(level: int, axes: int, keys: IntArray, control_points: FloatArray) -> FloatArray:
     """The box of control points that are the sums of some: (k,) positions and (k, channels)."""
     box = np.zeros((math.prod(dense.shape(level, axes)), control_points.shape[1]))
     np.add.at(box, keys, control_points)
     return box.reshape(*dense.shape(level, axes), -1)
 
 
-def _refined(control_points: FloatArray, level: int, finer: int, axes: int) -> FloatArray:
+def _refine_box(control_points: FloatArray, level: int, finer: int, axes: int) -> FloatArray:
     """The box of a finer level that has the spline of control points (points, channels)."""
-    return dense.refined(control_points.reshape(*dense.shape(level, axes), -1), level, finer)
+    return dense.refine_to_level(control_points.reshape(*dense.shape(level, axes), -1), level, finer)
 
 
 def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:

@@ -42,18 +42,18 @@ class Levels:
     compression: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "diffuse", _checked("diffuse_level", self.diffuse))
+        object.__setattr__(self, "diffuse", _check("diffuse_level", self.diffuse))
         if self.specular is not None:
-            object.__setattr__(self, "specular", _checked("specular_level", self.specular))
+            object.__setattr__(self, "specular", _check("specular_level", self.specular))
             if not isinstance(self.compression, Real) or not 0 <= self.compression <= 100:
                 raise ValueError(f"compression is {self.compression!r}, expected a percentage from 0 to 100")
 
-    def kept_of(self, axes: int) -> int:
+    def kept_count(self, axes: int) -> int:
         """How many control points of the sparse lattice are kept."""
         size = 0 if self.specular is None else dense.full_size(self.specular, axes)
         return round((1 - self.compression / 100) * size)
 
-    def of_four_axes(self) -> "Levels":
+    def four_axis_levels(self) -> "Levels":
         """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis, and with
         three times as many control points kept.
         """
@@ -61,7 +61,7 @@ class Levels:
         if self.specular is None:
             return Levels(diffuse, None, self.compression)
         specular = min(max(self.specular - 1, 0), _FINEST_SPARSE)
-        kept = min(KEPT_OF_FOUR * self.kept_of(3) / dense.full_size(specular, 4), 1.0)
+        kept = min(KEPT_OF_FOUR * self.kept_count(3) / dense.full_size(specular, 4), 1.0)
         return Levels(diffuse, specular, 100 * (1 - kept))
 
     def check_four_axes(self) -> None:
@@ -72,12 +72,12 @@ class Levels:
                 raise ValueError(f"{name} is {level}, expected at most {most} of an anisotropic fit")
 
     @property
-    def dropped(self) -> float:
+    def effective_compression(self) -> float:
         """The compression that a `Fit` states: 0 without a sparse lattice."""
         return 0.0 if self.specular is None else float(self.compression)
 
 
-def _checked(name: str, level: int) -> int:
+def _check(name: str, level: int) -> int:
     if isinstance(level, bool) or not isinstance(level, int | np.integer) or not 0 <= level <= dense.MAX_LEVEL:
         raise ValueError(f"{name} is {level!r}, expected a whole number from 0 to {dense.MAX_LEVEL}")
     return int(level)

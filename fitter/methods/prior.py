@@ -18,13 +18,13 @@ from ..model.microfacet import (
     NO_GAMMA,
     STEEPEST_TAIL,
     Geometry,
-    InSurface,
     Kind,
     Microfacet,
+    SurfaceComponents,
     geometry,
-    in_surface,
     lobe,
     lobe_with_slopes,
+    surface_components,
 )
 from ..model.transform import bounded_log
 from ..samples import Samples
@@ -45,7 +45,7 @@ WEIGHT = 1 / 3              # errors of the logarithm weigh (f + offset) to this
 _FIRST_ITERATIONS, _PROMISING = 8, 2     # from every start, and how many starts are followed further
 _ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
-_PULL = 1e-2                # of every parameter toward its start: holds what the samples do not determine
+_REGULARISATION = 1e-2                # of every parameter toward its start: holds what the samples do not determine
 _COLOURLESS = 0.1           # of a lobe's strengths toward their mean: no channel loses a lobe that the others have
 
 
@@ -83,41 +83,42 @@ def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Mic
     if not np.ptp(samples.values):
         return models
     problem = _Problem(geometry(*samples.directions), samples.values / offset,
-                       None if samples.isotropic else in_surface(*samples.directions))
+                       None if samples.isotropic else surface_components(*samples.directions))
     current = replace(models[0], kd=np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4))
     for _ in range(_MOST):
-        starts = _STARTS if problem.in_surface is None else (*_STARTS, *_ANISOTROPIC_STARTS)
-        larger = [model for start in starts for model in _with_lobe(current, problem, *start)]
+        starts = _STARTS if problem.surface_components is None else (*_STARTS, *_ANISOTROPIC_STARTS)
+        larger = [model for start in starts for model in _add_lobe(current, problem, *start)]
         if parameter_count(larger[0]) > samples.values.size / 4:
             break
-        best = problem.best(larger)
-        if problem.in_surface is not None and best[0].kinds[-1] == "mirror":
-            best = min(best, problem.best(_elongated(best[0])), key=_cost)
+        best = problem.best_model(larger)
+        if problem.surface_components is not None and best[0].kinds[-1] == "mirror":
+            best = min(best, problem.best_model(_elongate(best[0])), key=_cost)
         current = best[0]
         models.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
     return models
 
 
-def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> list[Microfacet]:
+def _add_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> list[Microfacet]:
     """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest; with
     fibres, along several azimuths."""
     models = []
     for turn in _TURNS if kind == "fibre" else (0.0,):
         across = _DIP if kind == "fibre" else alpha
-        shape = lobe(kind, problem.at, problem.in_surface, alpha, NO_GAMMA, f0, across, turn)
+        shape = lobe(kind, problem.at, problem.surface_components, alpha, NO_GAMMA, f0, across, turn)
         brightest = np.argsort(shape)[-max(3, len(shape) // 100):]
-        lacking = np.maximum(problem.values - model.at(problem.at, problem.in_surface), 0)[brightest]
+        value = model.evaluate_geometry(problem.at, problem.surface_components)
+        lacking = np.maximum(problem.values - value, 0)[brightest]
         strength = (lacking * shape[brightest, None]).sum(axis=0) / max((shape[brightest] ** 2).sum(), 1e-300)
         larger = Microfacet(model.kd, np.concatenate([model.ks, [np.maximum(strength, 1e-3 * model.kd)]]),
                             np.append(model.alpha, alpha), np.append(model.gamma, NO_GAMMA), np.append(model.f0, f0),
                             (*model.kinds, kind))
-        if problem.in_surface is not None:
+        if problem.surface_components is not None:
             larger = replace(larger, across=np.append(model.across, across), turn=np.append(model.turn, turn))
         models.append(larger)
     return models
 
 
-def _elongated(model: Microfacet) -> list[Microfacet]:
+def _elongate(model: Microfacet) -> list[Microfacet]:
     """A model whose last lobe, a mirror, has two widths, along several azimuths."""
     mean = np.sqrt(model.alpha[-1] * model.across[-1])
     return [replace(model, alpha=np.append(model.alpha[:-1], mean / np.sqrt(_ASPECT)),
@@ -135,28 +136,28 @@ class _Problem:
 
     at: Geometry
     values: FloatArray
-    in_surface: InSurface | None = None
+    surface_components: SurfaceComponents | None = None
 
-    def best(self, starts: list[Microfacet]) -> tuple[Microfacet, float]:
+    def best_model(self, starts: list[Microfacet]) -> tuple[Microfacet, float]:
         """The best model near several starts, and its sum of squares."""
-        promising = sorted((self.solved(start, _FIRST_ITERATIONS) for start in starts), key=_cost)[:_PROMISING]
-        return min((self.solved(model, _ITERATIONS) for model, _ in promising), key=_cost)
+        promising = sorted((self.minimise(start, _FIRST_ITERATIONS) for start in starts), key=_cost)[:_PROMISING]
+        return min((self.minimise(model, _ITERATIONS) for model, _ in promising), key=_cost)
 
-    def solved(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
+    def minimise(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
         """The best model near a start, and its sum of squares."""
         channels, kinds = self.values.shape[1], start.kinds
-        count = _PARAMETERS if self.in_surface is None else _ANISOTROPIC_PARAMETERS
+        count = _PARAMETERS if self.surface_components is None else _ANISOTROPIC_PARAMETERS
         target = bounded_log(self.values, 1.0)
         weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** WEIGHT
         weight /= np.sqrt(np.mean(weight ** 2))
         shapes = count * len(kinds)
         first = _pack(start)
-        pull, bounds = _pulls(len(kinds), count, channels), _bounds(kinds, count, channels)
+        pull, bounds = _regularisation_forms(len(kinds), count, channels), _bounds(kinds, count, channels)
 
         def cost(residual: FloatArray, p: FloatArray) -> float:
             return float((residual ** 2).sum() + (p - first) @ pull[0] @ (p - first) + p @ pull[1] @ p)
 
-        def at(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        def residuals_at(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
             strength = np.exp(np.clip(p[shapes:], -_CLIP, _CLIP)).reshape(len(kinds) + 1, channels)
             lobes = [self._shape(kind, p[count * k:count * (k + 1)]) for k, kind in enumerate(kinds)]
             parts = np.stack([*(value for value, _ in lobes), np.ones(len(target))])
@@ -165,7 +166,7 @@ class _Problem:
             return (np.log(total) - target.T) * weight, weight / total, np.concatenate([slopes, parts]), strength
 
         def evaluate(p: FloatArray) -> tuple[float, tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
-            there = at(p)
+            there = residuals_at(p)
             return cost(there[0], p), there
 
         def linearise(p: FloatArray, there: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
@@ -189,7 +190,7 @@ class _Problem:
     def _shape(self, kind: Kind, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A lobe, (n,), and its derivatives by its parameters of the search, (parameters, n)."""
         alpha, gamma, f0, *rest = _numbers(p, kind)
-        value, slopes = lobe_with_slopes(kind, self.at, self.in_surface, alpha, gamma, f0, *rest)
+        value, slopes = lobe_with_slopes(kind, self.at, self.surface_components, alpha, gamma, f0, *rest)
         by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(slopes), None]
         return value, np.array(slopes) * by_parameter
 
@@ -198,7 +199,7 @@ def _cost(solved: tuple[Microfacet, float]) -> float:
     return solved[1]
 
 
-def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
+def _regularisation_forms(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
     """The quadratic forms that pull all parameters toward their start, and a lobe's strengths toward their mean."""
     count = shape * lobes + channels * (lobes + 1)
     apart = np.eye(channels) - 1 / channels
@@ -206,7 +207,7 @@ def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArra
     for k in range(lobes):
         at = slice(shape * lobes + k * channels, shape * lobes + (k + 1) * channels)
         colour[at, at] = _COLOURLESS ** 2 * apart
-    return _PULL ** 2 * np.eye(count), colour
+    return _REGULARISATION ** 2 * np.eye(count), colour
 
 
 def _bounds(kinds: tuple[Kind, ...], shape: int, channels: int) -> FloatArray:

@@ -30,13 +30,13 @@ from ..coordinates.half_difference import HalfDifference
 from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..model.fit import Fit
 from ..model.microfacet import Microfacet
-from ..model.transform import LEAST_OFFSET, LogRelative, greyed
+from ..model.transform import LEAST_OFFSET, LogRelative, desaturate
 from ..quality.physics import direction_pairs
-from ..samples import RGB, Samples, some
+from ..samples import RGB, Samples, subsample
 from ..shader_constants import LEAST_LENGTH
 from . import energy, gaussian_process, highlight, lattices, prior
 from .gaussian_process import RECIPROCITIES, Field, Kernel
-from .highlight import Highlight
+from .highlight import HighlightColour
 from .levels import Levels
 
 MOST_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
@@ -83,27 +83,27 @@ class Estimate:
     transform: LogRelative
     kernel: Kernel
     field: Field | None
-    highlight: Highlight | None
+    highlight: HighlightColour | None
     left_out: FloatArray | None
 
 
 def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     """The likeliest coordinates, prior and kernel of samples, and the field where there are few; the prior is `lobes`
     where these are known."""
-    grey = _grey(samples.values)
-    plain = replace(samples, values=greyed(samples.values, grey))
+    grey = _desaturation(samples.values)
+    plain = replace(samples, values=desaturate(samples.values, grey))
     typical = _typical(plain)
     offset = _offset(typical)
     ceiling = CEILING * np.maximum(plain.values.max(axis=0), 1e-6 * offset)
     with progress.part(0.0, 0.4, "Fitting lobes"):
-        transforms = [LogRelative(model, offset, ceiling, grey=grey)
+        transforms = [LogRelative(model, offset, ceiling, desaturation=grey)
                       for model in ([lobes] if lobes is not None else
-                                    prior.candidates(some(plain, _OF_LATTICES), typical, offset))]
+                                    prior.candidates(subsample(plain, _OF_LATTICES), typical, offset))]
     if not samples.isotropic or len(samples) > MOST_SAMPLES:
         progress.report(0.4, "Fitting shape")
         return _estimate_many(samples, transforms)
     families = _families(samples, transforms[-1].prior)
-    searched = some(samples, _SEARCHED)
+    searched = subsample(samples, _SEARCHED)
     systems = [system for family in families for system in family]
     search = gaussian_process.Search(
         [partial(_mu, system, searched) for system in systems],
@@ -114,7 +114,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     for number, family in enumerate(families):
         with progress.part(0.4 + 0.4 * number / len(families), 0.4 + 0.4 * (number + 1) / len(families),
                            "Fitting shape"):
-            trials.append(search.best(range(first, first + len(family))))
+            trials.append(search.maximise(range(first, first + len(family))))
         first += len(family)
     likeliest = max(trials, key=lambda each: each.value)
     progress.report(0.8, "Fitting shape")
@@ -133,7 +133,7 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
     """The likeliest coordinates and prior of many samples, and the kernel that predicts incidences best which it has
     not seen: how densely directions are covered decides how rough a field they tell."""
     systems = [system for family in _families(samples, transforms[-1].prior) for system in family]
-    fewer, reciprocities = some(samples, _OF_LATTICES), _reciprocities(samples)
+    fewer, reciprocities = subsample(samples, _OF_LATTICES), _reciprocities(samples)
     kernels = [Kernel(length, noise, reciprocities[0]) for length, noise in _ROUGHNESSES]
     costs = np.array([_information_criterion(each.prior, fewer.values.size) for each in transforms])
     values = lattices.likelihoods(fewer, systems, transforms, kernels[0]) - costs
@@ -146,8 +146,8 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
         if back.max() > values[first, number]:
             system = narrow[int(back.argmax())]
     progress.report(0.6)
-    judge = lattices.LeftOut(some(samples, lattices.MOST), system, transform)
-    kernel = judge.roughest(kernels)
+    judge = lattices.IncidenceValidation(subsample(samples, lattices.MOST), system, transform)
+    kernel = judge.select_kernel(kernels)
     if len(reciprocities) > 1:
         kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=judge.error)
     return Estimate(system, transform, kernel, None, None, None)
@@ -196,16 +196,16 @@ def _finest(samples: Samples) -> float:
     radius = 2 * HalfAngle().encode(*samples.directions)[:, 0] - 1
     along = np.abs(samples.theta_i - samples.theta_o)
     across = np.sin(samples.theta_o) * np.arccos(-np.cos(samples.phi_o - samples.phi_i))
-    return _few_are_less(radius[(radius > LEAST_LENGTH) & (across <= along)])
+    return _sixth_smallest(radius[(radius > LEAST_LENGTH) & (across <= along)])
 
 
 def _softening(samples: Samples) -> float:
     """The softening radius about retro-reflection: as wide as nobody measured there."""
     distance = 2 * HalfDifference(rusinkiewicz.LEAST_SOFTENING).encode(*samples.directions)[:, 0] - 1
-    return float(np.clip(_few_are_less(distance) / 2, _THINNEST, half_difference.SOFTENING))
+    return float(np.clip(_sixth_smallest(distance) / 2, _THINNEST, half_difference.SOFTENING))
 
 
-def _few_are_less(numbers: FloatArray) -> float:
+def _sixth_smallest(numbers: FloatArray) -> float:
     """The sixth smallest of numbers, up to 1."""
     return float(np.sort(np.append(numbers, np.ones(_FEW + 1)))[_FEW])
 
@@ -217,7 +217,7 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     ----------
     samples : Samples
     levels : Levels
-        For anisotropic samples, `Levels.of_four_axes` of them.
+        For anisotropic samples, `Levels.four_axis_levels` of them.
     plausible : bool
         Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
     estimated : Estimate, optional
@@ -246,12 +246,12 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
             both = lattices.fit_to_field(samples, estimated.coordinates, transform, estimated.field, levels,
                                          estimated.highlight)
         else:
-            levels = levels if samples.isotropic else levels.of_four_axes()
+            levels = levels if samples.isotropic else levels.four_axis_levels()
             both = lattices.fit_to_samples(samples, estimated.coordinates, transform, estimated.kernel, levels)
-    fitted = Fit(estimated.coordinates, *both, transform, levels.dropped, samples.channels, name=samples.name,
-                 source=samples.source)
+    fitted = Fit(estimated.coordinates, *both, transform, levels.effective_compression, samples.channels,
+                 name=samples.name, source=samples.source)
     with progress.part(0.8 if samples.isotropic else 0.5, 1.0, "Checking the energy"):
-        return energy.conserved(fitted, transform, samples) if plausible else fitted
+        return energy.conserve_energy(fitted, transform, samples) if plausible else fitted
 
 
 def _reciprocities(samples: Samples) -> Sequence[float]:
@@ -279,8 +279,9 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
     return np.asarray(noise)
 
 
-def _grey(values: FloatArray) -> float:
-    """The share of grey that makes nearly all bright samples positive: `LogRelative.grey`, of (n, channels), 1/sr."""
+def _desaturation(values: FloatArray) -> float:
+    """The desaturation that makes nearly all bright samples positive: `LogRelative.desaturation`, of (n, channels),
+    1/sr."""
     if values.shape[1] != len(RGB):
         return 0.0
     mean, least = values.mean(axis=1), values.min(axis=1)
@@ -292,7 +293,7 @@ def _grey(values: FloatArray) -> float:
 def _typical(samples: Samples) -> FloatArray:
     """The values of the samples nearest to directions spread evenly, (n, channels), 1/sr: most may lie in a peak."""
     system = HalfDifference() if samples.isotropic else AnisotropicRusinkiewicz()
-    chosen = some(samples, _OF_TYPICAL)
+    chosen = subsample(samples, _OF_TYPICAL)
     places = system.encode(*chosen.directions)
     return chosen.values[[int(np.argmin(((places - each) ** 2).sum(axis=1)))
                         for each in system.encode(*direction_pairs(_TYPICAL))]]

@@ -25,7 +25,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
     """Find the fit of fewest bytes whose error is within a tolerance.
 
     The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 4
-    (`Levels.of_four_axes`). For each diffuse level, bisection finds the
+    (`Levels.four_axis_levels`). For each diffuse level, bisection finds the
     largest compression that suffices.
 
     Parameters
@@ -34,7 +34,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
     tolerance : float
         Root mean square error over all samples and channels, 1/sr.
     held_out : bool
-        Measure the error at samples that were held out of the fit, in five folds (`cross_validation.held_out`),
+        Measure the error at samples that were held out of the fit, in five folds (`cross_validation.cross_validate`),
         instead of at the fitted samples.
 
     Returns
@@ -77,7 +77,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
             compression = _compression(counts[middle])
             begin = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS)
             with progress.part(begin, begin + 0.7 / steps / len(DIFFUSE_LEVELS)):
-                predictions = [fold.predicted(diffuse_level, compression) for fold in progress.each(folds)]
+                predictions = [fold.predict(diffuse_level, compression) for fold in progress.each(folds)]
             error = _rmse(samples, predictions, parts)
             step += 1
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
@@ -96,11 +96,11 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
     return smallest
 
 
-def arguments_of(fit: Fit) -> dict[str, Any]:
+def fit_arguments(fit: Fit) -> dict[str, Any]:
     """The keyword arguments with which `fit` makes the fit that `fit_within` found, of the same samples."""
     diffuse_level, compression = fit.diffuse_level, fit.compression
-    if not fit.isotropic:     # the levels whose `Levels.of_four_axes` the fit has
-        count = Levels(fit.diffuse_level, fit.specular_level, compression).kept_of(4)
+    if not fit.isotropic:     # the levels whose `Levels.four_axis_levels` the fit has
+        count = Levels(fit.diffuse_level, fit.specular_level, compression).kept_count(4)
         diffuse_level, compression = diffuse_level + 1, _compression(round(count / KEPT_OF_FOUR))
     return {"diffuse_level": diffuse_level, "specular_level": SPECULAR_LEVEL, "compression": compression,
             "method": METHOD}
@@ -120,7 +120,7 @@ class _Fold:
     def fit(self, diffuse_level: int, compression: float) -> Fit:
         return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, **self._prepared)
 
-    def predicted(self, diffuse_level: int, compression: float) -> FloatArray:
+    def predict(self, diffuse_level: int, compression: float) -> FloatArray:
         return self.fit(diffuse_level, compression).evaluate(*self._predicted.directions)
 
 
@@ -128,7 +128,7 @@ def _dense_size(samples: Samples, diffuse_level: int) -> int:
     """Control points of a dense lattice."""
     if samples.isotropic:
         return math.prod(dense.shape(diffuse_level))
-    return math.prod(dense.shape(Levels(diffuse_level, None, 0.0).of_four_axes().diffuse, 4))
+    return math.prod(dense.shape(Levels(diffuse_level, None, 0.0).four_axis_levels().diffuse, 4))
 
 
 def _compression(count: int) -> float:

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import ArrayLike, ComplexArray, FloatArray
-from .microfacet import Microfacet, geometry, in_surface
+from .microfacet import Microfacet, geometry, surface_components
 
 _COSINES = np.linspace(0, 1, 513)       # at which F is tabulated: errors between them are below 1e-5
 _QUADRATURE = 48                        # midpoints of either random number that E is integrated over
@@ -65,7 +65,7 @@ class Conductor:
         """The largest component of what is reflected at normal incidence."""
         return float(self._fresnel[-1].max())
 
-    def falls(self, theta_h: FloatArray) -> FloatArray:
+    def log_falloff(self, theta_h: FloatArray) -> FloatArray:
         """By how much the logarithm of the lobe is lower than at its peak, at half angles of (n,) radians."""
         return 2 * np.log1p(np.tan(theta_h) ** 2 / min(self.alpha, self.across) ** 2)
 
@@ -79,7 +79,7 @@ class Conductor:
         """The model with F as at normal incidence, and of the light of several bounces its mean over the hemisphere."""
         f0 = self._fresnel[-1]
         across, turn = ((np.zeros(0),) * 2 if self.isotropic else (np.array([self.across]), np.zeros(1)))
-        diffuse = self._several * float((_WEIGHT @ (1 - self._albedo).mean(axis=1)) ** 2)
+        diffuse = self._multiple_scattering * float((_WEIGHT @ (1 - self._albedo).mean(axis=1)) ** 2)
         strength = f0[None] / (np.pi * self.alpha * self.across)
         return Microfacet(diffuse, strength, np.array([self.alpha]), np.full(1, 2.0), np.ones(1), across=across,
                           turn=turn)
@@ -91,15 +91,15 @@ class Conductor:
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., 3) float64."""
         directions = theta_i, phi_i, theta_o, phi_o
-        at, along = geometry(*directions), in_surface(*directions)
+        at, along = geometry(*directions), surface_components(*directions)
         slope2 = (along.slope.real / self.alpha) ** 2 + (along.slope.imag / self.across) ** 2
         density = (1 + at.tan2_h) ** 2 / (np.pi * self.alpha * self.across * (1 + slope2) ** 2)
         long_i, long_o = (self._length(cosine, part) for cosine, part in ((at.cos_i, along.incident),
                                                                           (at.cos_o, along.outgoing)))
         visibility = 0.5 / np.maximum(at.cos_o * long_i + at.cos_i * long_o, _LEAST)
         single = self.fresnel(at.cos_d) * (density * visibility)[..., None]
-        lost = self._lost(theta_i, phi_i) * self._lost(theta_o, phi_o)
-        return np.asarray(single + self._several * lost[..., None])
+        lost = self._lost_share(theta_i, phi_i) * self._lost_share(theta_o, phi_o)
+        return np.asarray(single + self._multiple_scattering * lost[..., None])
 
     def _length(self, cosine: FloatArray, part: ComplexArray) -> FloatArray:
         """Of a direction, sqrt(cos^2 + (alpha_x x)^2 + (alpha_y y)^2), for Smith's G2."""
@@ -112,14 +112,14 @@ class Conductor:
         return np.clip(spectrum @ self.weights.T, 0, 1)
 
     @cached_property
-    def _several(self) -> FloatArray:
+    def _multiple_scattering(self) -> FloatArray:
         """The factor of what two directions lose, of several bounces: (3,), 1/sr."""
         mean_e = float(_WEIGHT @ self._albedo.mean(axis=1))
         of_f = 2 * _COSINES * np.gradient(_COSINES)
         mean_f = of_f @ self._fresnel / of_f.sum()
         return np.asarray(mean_f ** 2 * mean_e / (1 - mean_f * (1 - mean_e)) / (np.pi * max(1 - mean_e, _LEAST)))
 
-    def _lost(self, theta: ArrayLike, phi: ArrayLike) -> FloatArray:
+    def _lost_share(self, theta: ArrayLike, phi: ArrayLike) -> FloatArray:
         """1 - E of directions: angles broadcast to (...), radians."""
         theta, phi = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float))
         folded = np.abs((phi + np.pi / 2) % np.pi - np.pi / 2)
@@ -142,12 +142,12 @@ class Conductor:
         found = np.empty((len(_THETA), len(_PHI)))
         for row, theta in enumerate(_THETA):
             for column, phi in enumerate(_PHI[:1] if self.isotropic else _PHI):
-                found[row, column] = self._reflected_by_visible(min(theta, np.pi / 2 - 1e-6), phi, radius, angle)
+                found[row, column] = self._visible_normal_reflectance(min(theta, np.pi / 2 - 1e-6), phi, radius, angle)
             if self.isotropic:
                 found[row] = found[row, 0]
         return found
 
-    def _reflected_by_visible(self, theta: float, phi: float, radius: FloatArray, angle: FloatArray) -> float:
+    def _visible_normal_reflectance(self, theta: float, phi: float, radius: FloatArray, angle: FloatArray) -> float:
         """The mean of G2 / G1 over visible normals, given points of the unit disk."""
         view = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
         stretch = np.array([self.alpha, self.across, 1.0])

@@ -86,17 +86,17 @@ class Edit:
         directions = theta_i, phi_i, theta_o, phi_o
         value = np.maximum(measured(*directions), 0)
         diffuse = diffuse_part(value, self.level)
-        highlight = value - diffuse if self.width == 1 else self.widened(measured, *directions)
+        highlight = value - diffuse if self.width == 1 else self.widen_highlight(measured, *directions)
         total = self.diffuse * diffuse[:, columns] + self.highlight * highlight[:, columns]
         if not self.coat:
             return total
         through = factor_of_angle(self.through, theta_i) * factor_of_angle(self.through, theta_o)
         return self.coat * coat(self.coat_width, *directions)[:, None] + through * total
 
-    def widened(self, measured: _Measured, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray,
-                phi_o: FloatArray) -> FloatArray:
+    def widen_highlight(self, measured: _Measured, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray,
+                        phi_o: FloatArray) -> FloatArray:
         """The highlight in all columns, widened: (n, columns), 1/sr."""
-        directions, density = narrowed(theta_i, phi_i, theta_o, phi_o, self.width)
+        directions, density = narrow_directions(theta_i, phi_i, theta_o, phi_o, self.width)
         value = np.maximum(measured(*directions), 0)
         highlight: FloatArray = (value - diffuse_part(value, self.level)) * density[:, None]
         if len(self.balance):
@@ -116,8 +116,8 @@ def diffuse_part(value: FloatArray, level: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(value, 2 * level) - over * over / (2 * level))
 
 
-def narrowed(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray,
-             width: float) -> tuple[tuple[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]:
+def narrow_directions(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray,
+                      width: float) -> tuple[tuple[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]:
     """Where a highlight that is widened is read, and the density of its half vectors relative to there.
 
     Parameters

@@ -5,7 +5,7 @@ sparse one, which keeps the same control points for all channels. A transform ma
 paper it is the identity.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from ..optics.subsurface import Subsurface
 from ..samples import HORIZON, ROUNDING
+from ..storage import files
 from . import fit_file
 from .edit import Edit
 from .transform import LogRelative
@@ -91,14 +92,14 @@ class Fit:
         return len(self.coordinates.axes) == ISOTROPIC_AXES and (self.transform is None or self.transform.isotropic)
 
     @property
-    def below(self) -> Subsurface | None:
+    def edited_subsurface(self) -> Subsurface | None:
         """What is below the surface, as it was edited."""
         if self.subsurface is None or self.edit is None:
             return self.subsurface
         return replace(self.subsurface, albedo=np.clip(self.subsurface.albedo * self.edit.diffuse, 0, 1))
 
     @property
-    def above(self) -> "Fit":
+    def surface(self) -> "Fit":
         """The surface alone."""
         return self if self.subsurface is None else replace(self, subsurface=None)
 
@@ -146,7 +147,7 @@ class Fit:
         directions = [angle.ravel() for angle in angles]
         if not all(np.isfinite(angle).all() for angle in directions):
             raise ValueError("directions that are not finite numbers")
-        directions = [*_upright(*directions[:2]), *_upright(*directions[2:])]
+        directions = [*_nonnegative_polar(*directions[:2]), *_nonnegative_polar(*directions[2:])]
         below = np.maximum(directions[0], directions[2]) > HORIZON + ROUNDING
         values = np.empty((angles[0].size, len(self.columns)))
         for start in range(0, len(values), _CHUNK):
@@ -154,8 +155,8 @@ class Fit:
             at = [angle[part] for angle in directions]
             values[part] = (self._stored_columns(*at)[:, self.columns] if self.edit is None else
                             self.edit.reflectance(self._stored_columns, self.columns, *at))
-        if self.below is not None:
-            values += self.below.diffuse(directions[0], directions[2])
+        if self.edited_subsurface is not None:
+            values += self.edited_subsurface.diffuse(directions[0], directions[2])
         values[below] = 0
         return values.reshape(*angles[0].shape, len(self.columns))
 
@@ -177,8 +178,12 @@ class Fit:
         return field if self.transform is None else self.transform.reflectance(field, theta_i, phi_i, theta_o, phi_o)
 
     def save(self, path: str | Path) -> None:
-        """Write the fit to an .npz file. A file at `path` is replaced once the new one is complete."""
-        fit_file.write(self, path)
+        """Write the fit to an .npz file. A file at `path` is replaced once the new one is complete.
+
+        Raises OSError if the file cannot be written; a file at `path` then stays as it was.
+        """
+        with files.replace_file(path) as stream:
+            stream.write(self.to_bytes())
 
     @staticmethod
     def load(path: str | Path) -> "Fit":
@@ -187,7 +192,7 @@ class Fit:
 
     def to_bytes(self) -> bytes:
         """The fit as `save` writes it. Equal fits have equal bytes."""
-        return fit_file.to_bytes(self)
+        return fit_file.to_bytes({field.name: getattr(self, field.name) for field in fields(self)})
 
     @staticmethod
     def from_bytes(content: bytes) -> "Fit":
@@ -207,7 +212,7 @@ def notation(diffuse_level: int, specular_level: int | None = None, compression:
         f"({diffuse_level},{specular_level},{compression:g})")
 
 
-def _upright(theta: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _nonnegative_polar(theta: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The same directions with polar angles of 0 to pi, radians."""
     turned = theta - 2 * np.pi * np.round(theta / (2 * np.pi))
     return np.abs(turned), np.where(turned < 0, phi + np.pi, phi)

@@ -12,13 +12,11 @@ header: width, coat and coat_width. Of what has light below its surface the head
 mean_free_path and index.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -36,9 +34,6 @@ from . import microfacet
 from .edit import COAT_WIDTHS, WIDTHS, Edit
 from .transform import LEAST_OFFSET, LogRelative
 
-if TYPE_CHECKING:
-    from .fit import Fit
-
 FORMAT = "measured-brdf-fit"
 VERSION = 8
 _IDENTITY = "identity"      # what files call no transform
@@ -55,46 +50,42 @@ _EDIT, _EDIT_NUMBERS = ("diffuse", "highlight", "level", "balance", "through"), 
 _Arrays = dict[str, NDArray[Any]]
 
 
-def write(fit: Fit, path: str | Path) -> None:
-    """Write a fit to an .npz file.
+def to_bytes(parts: dict[str, Any]) -> bytes:
+    """A fit, given as the keyword arguments of a `Fit`, as an .npz file has it: without the folders of its source.
 
-    Raises OSError if the file cannot be written; a file at `path` then stays as it was.
+    Equal fits have equal bytes.
     """
-    with files.replacing(path) as stream:
-        stream.write(to_bytes(fit))
-
-
-def to_bytes(fit: Fit) -> bytes:
-    """A fit as an .npz file has it, without the folders of its source. Equal fits have equal bytes."""
-    coordinates, transform = fit.coordinates, fit.transform
+    coordinates, transform, edit = parts["coordinates"], parts["transform"], parts["edit"]
+    diffuse, specular, below = parts["diffuse"], parts["specular"], parts["subsurface"]
     header: dict[str, Any] = {
         "format": FORMAT, "version": VERSION, "coordinates": coordinates.name,
         "transform": _IDENTITY if transform is None else transform.name,
-        "diffuse_level": int(fit.diffuse_level), "specular_level": fit.specular_level, "compression": fit.compression,
-        "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
-        "name": str(fit.name), "source": files.without_folders(str(fit.source))}
-    arrays: _Arrays = {"diffuse": fit.diffuse.control_points}
-    if fit.specular is not None:
-        index = fit.specular.index
+        "diffuse_level": int(diffuse.level), "specular_level": None if specular is None else specular.level,
+        "compression": parts["compression"], "channels": list(parts["channels"]), "columns": list(parts["columns"]),
+        "changes": list(parts["changes"]), "name": str(parts["name"]),
+        "source": files.strip_folders(str(parts["source"]))}
+    arrays: _Arrays = {"diffuse": diffuse.control_points}
+    if specular is not None:
+        index = specular.index
         header["multiplier"] = index.multiplier
-        arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
+        arrays |= {"coefficients": specular.coefficients, "keys": index.keys, "displacement": index.displacement}
     header |= {name: float(number) for name, number in vars(coordinates).items()}
     if transform is not None:
-        header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0), "grey": transform.grey,
+        header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0), "grey": transform.desaturation,
                    "lobes": list(transform.prior.kinds)}
         names = _PRIOR if transform.prior.isotropic else (*_PRIOR, *_ANISOTROPIC_PRIOR)
         arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in names}
         arrays |= {"prior_ceiling": transform.ceiling, "damping": transform.damping}
-    if fit.edit is not None:
-        header["edit"] = {name: float(getattr(fit.edit, name)) for name in _EDIT_NUMBERS}
-        arrays |= {f"edit_{name}": getattr(fit.edit, name) for name in _EDIT}
-    if fit.subsurface is not None:
-        header["subsurface"] = {name: np.asarray(value).tolist() for name, value in vars(fit.subsurface).items()}
-    return npz.written({"header": np.array(json.dumps(header)), **arrays})
+    if edit is not None:
+        header["edit"] = {name: float(getattr(edit, name)) for name in _EDIT_NUMBERS}
+        arrays |= {f"edit_{name}": getattr(edit, name) for name in _EDIT}
+    if below is not None:
+        header["subsurface"] = {name: np.asarray(value).tolist() for name, value in vars(below).items()}
+    return npz.to_bytes({"header": np.array(json.dumps(header)), **arrays})
 
 
 def read(path: str | Path) -> dict[str, Any]:
-    """Read a file that `write` wrote: the keyword arguments of a `Fit`.
+    """Read a file of a fit: the keyword arguments of a `Fit`.
 
     Raises DatasetError if the file is not there, is not a fit of a known version, or is damaged.
     """

@@ -71,7 +71,7 @@ class Low2012:
         """The half angle within which the lobe is level, radians."""
         return float(min(0.05 * np.sqrt(2 / self.b), 0.01))
 
-    def falls(self, theta_h: FloatArray) -> FloatArray:
+    def log_falloff(self, theta_h: FloatArray) -> FloatArray:
         """By how much the logarithm of the lobe is lower than at its peak, at half angles of (n,) radians."""
         return np.asarray(self.c * np.log1p(self.b * (1 - np.cos(theta_h))))
 

@@ -59,7 +59,7 @@ class Geometry(NamedTuple):
     """Cosine of theta_r, the difference angle of the back vector."""
 
 
-class InSurface(NamedTuple):
+class SurfaceComponents(NamedTuple):
     """What anisotropic lobes depend on besides: components along the tangent and, as the imaginary part, along the
     bitangent, each (...) complex128."""
 
@@ -132,31 +132,34 @@ class Microfacet:
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The model, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
         directions = theta_i, phi_i, theta_o, phi_o
-        return self.at(geometry(*directions), None if self.isotropic else in_surface(*directions))
+        in_surface = None if self.isotropic else surface_components(*directions)
+        return self.evaluate_geometry(geometry(*directions), in_surface)
 
-    def at(self, geometry: Geometry, in_surface: InSurface | None = None) -> FloatArray:
-        """The model, 1/sr, for a geometry of (...): (..., channels) float64. An isotropic one needs no `InSurface`."""
+    def evaluate_geometry(self, geometry: Geometry, in_surface: SurfaceComponents | None = None) -> FloatArray:
+        """The model, 1/sr, for a geometry of (...): (..., channels) float64. An isotropic one needs no
+        `SurfaceComponents`."""
         total = np.broadcast_to(self.kd, (*np.shape(geometry.tan2_h), len(self.kd)))
         for kind, ks, shape in zip(self.kinds, self.ks, self.shapes, strict=True):
             total = total + ks * lobe(kind, geometry, in_surface, *shape)[..., None]
         return total
 
 
-def lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
+def lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float, f0: float,
          across: float | None = None, turn: float = 0.0) -> FloatArray:
-    """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no `InSurface`."""
+    """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no
+    `SurfaceComponents`."""
     return _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)[0]
 
 
-def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
-                     across: float | None = None, turn: float = 0.0) -> tuple[FloatArray, list[FloatArray]]:
+def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float,
+                     f0: float, across: float | None = None, turn: float = 0.0) -> tuple[FloatArray, list[FloatArray]]:
     """`lobe`, and its derivatives by log alpha, gamma and f0 and, where there are components in the surface, by log
     across and turn."""
     value, slopes = _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)
     return value, slopes()
 
 
-def _lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
+def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float, f0: float,
           across: float | None, turn: float) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
     """`lobe`, and what computes its derivatives."""
     cos_i, cos_o = at.cos_i, at.cos_o
@@ -207,7 +210,7 @@ def _lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, 
     falloff = steepness ** -gamma * visibility
     value = falloff * fresnel
 
-    def turned_slopes() -> list[FloatArray]:
+    def rotated_slopes() -> list[FloatArray]:
         of_squares = gamma * value / (1 + squares[0] + squares[1])
         by_widths = [2 * square * of_squares for square in squares]
         # e^(-i turn) makes the real part grow by the imaginary one, and that fall by the real one
@@ -220,11 +223,11 @@ def _lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, 
             by_turn = by_turn - (m ** 2 - m_across ** 2) * along.real * along.imag * of_length
         return [by_widths[0], -np.log(steepness) * value, falloff * (1 - growth), by_widths[1], by_turn]
 
-    return value, turned_slopes
+    return value, rotated_slopes
 
 
-def _fibres(at: Geometry, in_surface: InSurface, alpha: float, gamma: float, f0: float, across: float, turn: float,
-            ) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
+def _fibres(at: Geometry, in_surface: SurfaceComponents, alpha: float, gamma: float, f0: float, across: float,
+            turn: float) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
     """`_lobe` of fibres."""
     in_both = (in_surface.incident + in_surface.outgoing) * np.exp(-1j * turn)
     dip = across * (at.cos_i + at.cos_o)
@@ -257,10 +260,10 @@ def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: Ar
                     back2 / up2, np.minimum(np.sqrt(back2 + up2) / 2, 1))
 
 
-def in_surface(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> InSurface:
+def surface_components(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> SurfaceComponents:
     """The components in the surface of pairs of directions: angles broadcast to (...), radians."""
     theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
     incident, outgoing = (np.sin(theta) * np.exp(1j * np.asarray(phi)) for theta, phi in ((theta_i, phi_i),
                                                                                           (theta_o, phi_o)))
     up2 = np.maximum((np.cos(theta_i) + np.cos(theta_o)) ** 2, LEAST_HEIGHT_2)
-    return InSurface(incident, outgoing, (incident + outgoing) / np.sqrt(up2))
+    return SurfaceComponents(incident, outgoing, (incident + outgoing) / np.sqrt(up2))

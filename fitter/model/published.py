@@ -23,14 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Directions, FloatArray, selected
+from ..arrays import Directions, FloatArray, select_directions
 from ..coordinates.rusinkiewicz import half_to_directions
 from ..errors import DatasetError
 from ..samples import HORIZON, RGB, Samples
 from . import is_isotropic
 from .conductor import Conductor
 from .low2012 import Low2012
-from .translucent import TRANSLUCENT, WORDS, Translucent, from_words
+from .translucent import TRANSLUCENT, WORDS, Translucent, parse_words
 
 PREFIX = "published:"
 COMPUTED = "Computed from measured optical constants"
@@ -51,7 +51,7 @@ _GRAZING, _GRAZING_OF_METALS = np.radians(85), np.radians(88)
 _FALL, _TURN = 1.0, np.radians(8)       # changes of the lobe's logarithm, and of theta_h, that count the same
 
 
-class Published(NamedTuple):
+class PublishedMaterial(NamedTuple):
     """A material of the library.
 
     Attributes
@@ -102,17 +102,17 @@ class Published(NamedTuple):
     @property
     def brief(self) -> str:
         """What it is, in a line."""
-        return self._computed if self.is_computed else (
+        return self._computation if self.is_computed else (
             f"Published fit of MERL's {self.name} (Low et al. 2012), not a measurement{self._too_bright}")
 
     @property
     def description(self) -> str:
         """What it is, with the source."""
-        return f"{self._computed} ({self.source}), not a measurement of a surface" if self.is_computed else (
+        return f"{self._computation} ({self.source}), not a measurement of a surface" if self.is_computed else (
             f"Published fit of MERL's {self.name}, not a measurement ({self.source}){self._too_bright}")
 
     @property
-    def _computed(self) -> str:
+    def _computation(self) -> str:
         return SCATTERED if isinstance(self.model, Translucent) else COMPUTED
 
     @property
@@ -131,7 +131,7 @@ def list_published() -> list[str]:
     return sorted(materials())
 
 
-def offered() -> list[Published]:
+def list_offered() -> list[PublishedMaterial]:
     """The materials that users are offered to begin with: all but MERL's metals.
 
     A metal reflects more than half of the light that falls straight on it. The published fits of MERL's metals reflect
@@ -166,26 +166,27 @@ def load_published(name: str) -> Samples:
     ('Chrome', 'published:chrome')
     """
     material = find(name)
-    return sampled(material.model, material.label, material.path, material.description)
+    return sample_model(material.model, material.label, material.path, material.description)
 
 
 def sample_words(words: Mapping[str, str], name: str, source: str) -> Samples:
     """Samples of a translucent material that is described by `model.translucent.WORDS`. Raises ValueError as that does.
     """
-    return sampled(from_words(words), name, source, "Computed from scattering and absorption, not a measured BRDF")
+    return sample_model(parse_words(words), name, source,
+                        "Computed from scattering and absorption, not a measured BRDF")
 
 
-def sampled(model: Low2012 | Conductor | Translucent, name: str, source: str, note: str) -> Samples:
+def sample_model(model: Low2012 | Conductor | Translucent, name: str, source: str, note: str) -> Samples:
     """Samples of a model: red, green and blue, linear Rec.709."""
     at = directions(model)
     return Samples(*at, model.evaluate(*at), RGB, name, source, (note,), isotropic=is_isotropic(model),
-                   subsurface=getattr(model, "below", None))
+                   subsurface=getattr(model, "subsurface", None))
 
 
-def find(name: str) -> Published:
+def find(name: str) -> PublishedMaterial:
     """The material of a name. Raises DatasetError, as `load_published` does."""
     if name.startswith(TYPED):
-        return _typed(name)
+        return _parse_description(name)
     if name in materials():
         return materials()[name]
     close = difflib.get_close_matches(name.lower(), materials(), n=4, cutoff=0.4)
@@ -194,12 +195,12 @@ def find(name: str) -> Published:
     raise DatasetError(f"no published material {name!r}; {expected}", PREFIX + name)
 
 
-def name_in(path: str | Path) -> str | None:
+def parse_virtual_path(path: str | Path) -> str | None:
     """The material that a virtual path names; None for the path of a file.
 
     Examples
     --------
-    >>> name_in("published:chrome"), name_in("chrome.binary")
+    >>> parse_virtual_path("published:chrome"), parse_virtual_path("chrome.binary")
     ('chrome', None)
     """
     text = str(path)
@@ -207,7 +208,7 @@ def name_in(path: str | Path) -> str | None:
 
 
 @cache
-def materials() -> dict[str, Published]:
+def materials() -> dict[str, PublishedMaterial]:
     """All materials by name."""
     by_name = {each.name: each for each in (*_metals(), *translucent())}
     names = {row["name"]: row for row in _rows("merl_names.csv")}
@@ -216,12 +217,12 @@ def materials() -> dict[str, Published]:
         kd, a = ([float(row[f"{what}_{channel}"]) for channel in "rgb"] for what in ("kd", "a"))
         model = Low2012(np.array(kd), np.array(a), float(row["b"]), float(row["c"]), float(row["eta"]))
         told = names[name]
-        by_name[name] = Published(name, told["label"], tuple(told["tags"].split()), model, CITATION,
-                                  excess=float(told["excess"] or 1))
+        by_name[name] = PublishedMaterial(name, told["label"], tuple(told["tags"].split()), model, CITATION,
+                                          excess=float(told["excess"] or 1))
     return by_name
 
 
-def _metals() -> Iterator[Published]:
+def _metals() -> Iterator[PublishedMaterial]:
     """Each metal in each finish."""
     spectra: dict[str, FloatArray] = {}
     for row in _rows("metals_nk.csv"):
@@ -234,30 +235,30 @@ def _metals() -> Iterator[Published]:
                 continue
             name = row["name"]
             model = Conductor(spectra[f"{name} n"], spectra[f"{name} k"], weights, *widths)
-            yield Published(f"{name}-{finish}", f"{finish.capitalize()} {row['label']}", (METAL,), model,
-                            f"{row['sample']}: {row['source']}", row["words"])
+            yield PublishedMaterial(f"{name}-{finish}", f"{finish.capitalize()} {row['label']}", (METAL,), model,
+                                    f"{row['sample']}: {row['source']}", row["words"])
 
 
-def translucent() -> Iterator[Published]:
+def translucent() -> Iterator[PublishedMaterial]:
     """Each translucent material."""
     for row in _rows("translucent.csv"):
-        yield Published(row["name"], row["label"], tuple(row["tags"].split()), from_words(row), row["source"],
-                        row["words"])
+        yield PublishedMaterial(row["name"], row["label"], tuple(row["tags"].split()), parse_words(row), row["source"],
+                                row["words"])
 
 
 @lru_cache(_TYPED_KEPT)
-def _typed(name: str) -> Published:
+def _parse_description(name: str) -> PublishedMaterial:
     """The translucent material that a name describes."""
     parts = [part.split(maxsplit=1) for part in name[len(TYPED):].split(";") if part.strip()]
     words = {part[0]: part[1] if part[1:] else "" for part in parts}
     try:
         if unknown := sorted(words.keys() - {*WORDS, "name"}):
             raise ValueError(f"{unknown[0]!r}, expected {', '.join(WORDS)} or name")
-        model = from_words(words)
+        model = parse_words(words)
     except ValueError as error:
         raise DatasetError(str(error), PREFIX + name) from error
-    return Published(name, words.get("name", "").strip() or TRANSLUCENT.capitalize(), (TRANSLUCENT,), model,
-                     "numbers of one's own")
+    return PublishedMaterial(name, words.get("name", "").strip() or TRANSLUCENT.capitalize(), (TRANSLUCENT,), model,
+                             "numbers of one's own")
 
 
 def _rows(name: str) -> list[dict[str, str]]:
@@ -283,11 +284,12 @@ def directions(model: Low2012 | Conductor | Translucent) -> Directions:
     theta_h, theta_d, phi_d, phi_h = (each[distinct] for each in (theta_h, theta_d, phi_d, phi_h))
     theta_i, phi_i, theta_o, phi_o = half_to_directions(
         theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d))
-    return selected((theta_i, phi_i + phi_h, theta_o, phi_o + phi_h), np.maximum(theta_i, theta_o) < grazing + 1e-9)
+    above = np.maximum(theta_i, theta_o) < grazing + 1e-9
+    return select_directions((theta_i, phi_i + phi_h, theta_o, phi_o + phi_h), above)
 
 
 def _half_angles(model: Low2012 | Conductor | Translucent, count: int) -> FloatArray:
     """theta_h of samples, (count,) radians from 0 to grazing: evenly spaced in the lobe's fall and in the angle."""
     theta = np.concatenate([[0.0], np.geomspace(model.width, _GRAZING, 4000)])
-    way = model.falls(theta) / _FALL + theta / _TURN
+    way = model.log_falloff(theta) / _FALL + theta / _TURN
     return np.interp(np.linspace(0, way[-1], count), way, theta)

@@ -61,7 +61,7 @@ class LogRelative:
     ceiling: FloatArray
     floor: float = -np.inf
     damping: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 1)))
-    grey: float = 0.0
+    desaturation: float = 0.0
 
     @property
     def nbytes(self) -> int:
@@ -79,7 +79,7 @@ class LogRelative:
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
         value = reference * np.exp(np.minimum(field, STEEPEST)) - self.offset
         value = value / _smooth_max_one((value / self.ceiling).max(axis=1, keepdims=True))
-        value = np.maximum(coloured(value, self.grey), self.floor)
+        value = np.maximum(resaturate(value, self.desaturation), self.floor)
         if len(self.damping):
             value = value * factor_of_angle(self.damping, theta_i) * factor_of_angle(self.damping, theta_o)
         return value
@@ -88,7 +88,7 @@ class LogRelative:
               phi_o: ArrayLike) -> FloatArray:
         """The inverse of `reflectance`, without the bounds: (n, channels), 1/sr, to (n, channels)."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o)
-        return bounded_log(greyed(values, self.grey), self.offset) - bounded_log(reference, self.offset)
+        return bounded_log(desaturate(values, self.desaturation), self.offset) - bounded_log(reference, self.offset)
 
 
 def _smooth_max_one(x: FloatArray) -> FloatArray:
@@ -97,19 +97,19 @@ def _smooth_max_one(x: FloatArray) -> FloatArray:
     return np.asarray(larger * (1 + (np.minimum(x, 1) / larger) ** 16) ** 0.0625)
 
 
-def greyed(values: FloatArray, grey: float) -> FloatArray:
+def desaturate(values: FloatArray, grey: float) -> FloatArray:
     """Values of which a share is replaced by their mean over channels: (n, channels) to (n, channels).
 
     Examples
     --------
-    >>> greyed(np.array([[-0.1, 0.4]]), 0.5).round(9).tolist()
+    >>> desaturate(np.array([[-0.1, 0.4]]), 0.5).round(9).tolist()
     [[0.025, 0.275]]
     """
     return values + grey * (values.mean(axis=1, keepdims=True) - values)
 
 
-def coloured(values: FloatArray, grey: float) -> FloatArray:
-    """The inverse of `greyed`."""
+def resaturate(values: FloatArray, grey: float) -> FloatArray:
+    """The inverse of `desaturate`."""
     return values + grey / (1 - grey) * (values - values.mean(axis=1, keepdims=True))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
-from ..optics.subsurface import Subsurface, check, from_coefficients
+from ..optics.subsurface import Subsurface, check, medium_from_coefficients
 from .conductor import Conductor
 
 TRANSLUCENT = "translucent"
@@ -22,7 +22,7 @@ WIDTHS = 0.01, 1.0
 class Translucent:
     """A translucent material; as a BRDF, as if light left where it entered."""
 
-    below: Subsurface
+    subsurface: Subsurface
     surface: Conductor
 
     @property
@@ -33,30 +33,30 @@ class Translucent:
     @property
     def brightness(self) -> float:
         """The largest component of its albedo."""
-        return float(self.below.albedo.max())
+        return float(self.subsurface.albedo.max())
 
     @property
     def width(self) -> float:
         """As of its surface."""
         return self.surface.width
 
-    def falls(self, theta_h: FloatArray) -> FloatArray:
+    def log_falloff(self, theta_h: FloatArray) -> FloatArray:
         """As of its surface."""
-        return self.surface.falls(theta_h)
+        return self.surface.log_falloff(theta_h)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., 3) float64."""
-        return self.surface.evaluate(theta_i, phi_i, theta_o, phi_o) + self.below.diffuse(theta_i, theta_o)
+        return self.surface.evaluate(theta_i, phi_i, theta_o, phi_o) + self.subsurface.diffuse(theta_i, theta_o)
 
 
-def from_words(words: Mapping[str, str]) -> Translucent:
+def parse_words(words: Mapping[str, str]) -> Translucent:
     """A material by `WORDS`; three numbers are separated by spaces or commas, and one counts for all.
 
     Raises ValueError if a word is missing, or a number is none or out of range.
 
     Examples
     --------
-    >>> from_words({"albedo": "0.8", "path": "1 0.5 0.2", "index": "1.4"}).below.mean_free_path.tolist()
+    >>> parse_words({"albedo": "0.8", "path": "1 0.5 0.2", "index": "1.4"}).subsurface.mean_free_path.tolist()
     [1.0, 0.5, 0.2]
     """
     given = WORDS | {name: text.strip() for name, text in words.items() if name in WORDS and text and text.strip()}
@@ -69,7 +69,7 @@ def from_words(words: Mapping[str, str]) -> Translucent:
         raise ValueError("expected scattering and absorption, or albedo and path")
     first, second = (_numbers(name, given[name], 3) for name in pairs[0])
     if pairs[0][0] == "scattering":
-        below = from_coefficients(first, second, index)
+        below = medium_from_coefficients(first, second, index)
     else:
         check(first, second, index)
         below = Subsurface(first, second, index)

@@ -91,7 +91,7 @@ class Subsurface:
     --------
     Skim milk (Jensen et al.): its light leaves a millimetre from where it entered, most of it.
 
-    >>> milk = from_coefficients([0.70, 1.22, 1.90], [0.0014, 0.0025, 0.0142], 1.3)
+    >>> milk = medium_from_coefficients([0.70, 1.22, 1.90], [0.0014, 0.0025, 0.0142], 1.3)
     >>> milk.albedo.round(3).tolist(), milk.mean_free_path.round(2).tolist()
     ([0.834, 0.832, 0.708], [1.43, 0.82, 0.52])
     """
@@ -102,34 +102,34 @@ class Subsurface:
 
     def diffuse(self, theta_i: ArrayLike, theta_o: ArrayLike) -> FloatArray:
         """The diffuse surface of the same albedo, 1/sr: angles that broadcast to (...), radians, to (..., 3)."""
-        through = self._through(theta_i) * self._through(theta_o) / self._mean_through
+        through = self._transmittance(theta_i) * self._transmittance(theta_o) / self._mean_transmittance
         return np.asarray(through[..., None] * self.albedo / np.pi)
 
-    def _through(self, theta: ArrayLike) -> FloatArray:
+    def _transmittance(self, theta: ArrayLike) -> FloatArray:
         return 1 - fresnel(self.index, np.maximum(np.cos(np.asarray(theta, dtype=float)), 0))
 
     @property
-    def _mean_through(self) -> float:
+    def _mean_transmittance(self) -> float:
         cosine, weight = _gauss(0, 1)
         return float(2 * (cosine * weight) @ (1 - fresnel(self.index, cosine)))
 
     @property
-    def scattered(self) -> FloatArray:
+    def single_scattering_albedo(self) -> FloatArray:
         """The single scattering albedo, (3,)."""
-        return np.array([least_above(lambda a: reflected(a, self.index), each) for each in self.albedo])
+        return np.array([bisect(lambda a: multiple_scattering_albedo(a, self.index), each) for each in self.albedo])
 
     @property
     def walk(self) -> Walk:
         """The inputs of Cycles' walk."""
         index = float(np.sqrt(self.index))
-        reached = np.minimum(self.albedo, walked(_MOST_SCATTERED, index))
-        scattered = np.array([least_above(lambda a: walked(a, index), each) for each in reached])
-        color = np.array([least_above(scattered_of_color, each) for each in scattered])
-        radius = 4 * np.pi * self.mean_free_path / wider(self.scattered, self.index)
+        reached = np.minimum(self.albedo, walk_albedo(_MOST_SCATTERED, index))
+        scattered = np.array([bisect(lambda a: walk_albedo(a, index), each) for each in reached])
+        color = np.array([bisect(color_to_single_scattering, each) for each in scattered])
+        radius = 4 * np.pi * self.mean_free_path / path_widening(self.single_scattering_albedo, self.index)
         return Walk(color, radius, self.albedo - reached, index, self.albedo, self.index)
 
 
-def from_coefficients(scattering: ArrayLike, absorption: ArrayLike, index: float) -> Subsurface:
+def medium_from_coefficients(scattering: ArrayLike, absorption: ArrayLike, index: float) -> Subsurface:
     """Of reduced scattering and of absorption, (3,) each, 1/mm. Raises ValueError as `check` does."""
     scattering, absorption = (np.asarray(each, dtype=float) for each in (scattering, absorption))
     if not ((scattering >= 0) & (absorption >= 0) & (scattering + absorption > 0)).all():
@@ -137,7 +137,8 @@ def from_coefficients(scattering: ArrayLike, absorption: ArrayLike, index: float
                          "of at least 0, of which one of each channel is above")
     extinction = scattering + absorption
     check(np.zeros(3), 1 / extinction, index)
-    return Subsurface(np.array([reflected(each, index) for each in scattering / extinction]), 1 / extinction, index)
+    albedo = np.array([multiple_scattering_albedo(each, index) for each in scattering / extinction])
+    return Subsurface(albedo, 1 / extinction, index)
 
 
 def check(albedo: FloatArray, mean_free_path: FloatArray, index: float) -> None:
@@ -148,14 +149,14 @@ def check(albedo: FloatArray, mean_free_path: FloatArray, index: float) -> None:
             raise ValueError(f"{name} {np.ravel(numbers).tolist()}, expected {low:g} to {high:g}")
 
 
-def scattered_of_color(color: float) -> float:
+def color_to_single_scattering(color: float) -> float:
     """The single scattering albedo that Cycles makes of a colour's channel."""
     (a, b, c), (d, e, f), blend = _NEAR, _FAR, color ** 0.25
     return float(min((1 - blend) * a * np.arctan(b * color) ** c + blend * d * np.arctan(e * color) ** f,
                      _MOST_SCATTERED))
 
 
-def reflected(scattered: float, index: float) -> float:
+def multiple_scattering_albedo(scattered: float, index: float) -> float:
     """The share of light that has entered, evenly from all sides outside, which leaves again, by the single scattering
     albedo; below a smooth dielectric."""
     if scattered >= 1:
@@ -170,7 +171,7 @@ def reflected(scattered: float, index: float) -> float:
     return float((mu * weight * passed) @ up / ((mu * weight) @ passed))
 
 
-def walked(scattered: float, index: float) -> float:
+def walk_albedo(scattered: float, index: float) -> float:
     """The share of light that Cycles' walks bring back, whose light enters evenly from outside, refracted by an index.
 
     Without a surface a half-space reflects 1 - H(mu) sqrt(1 - a) of light from mu; a share of walks that falls as
@@ -178,19 +179,19 @@ def walked(scattered: float, index: float) -> float:
     """
     a = max(scattered, _LEAST_SCATTERED)
     root, weight = _gauss(0, 1)
-    lost = _entered(1.0, index) / np.sqrt(np.pi * _STEPS) * (weight @ a ** (_STEPS / root ** 2))
-    return float((1 - _entered(a, index) * np.sqrt(1 - a) - lost) * min(1.0, scattered / _LEAST_SCATTERED))
+    lost = _mean_entry_h(1.0, index) / np.sqrt(np.pi * _STEPS) * (weight @ a ** (_STEPS / root ** 2))
+    return float((1 - _mean_entry_h(a, index) * np.sqrt(1 - a) - lost) * min(1.0, scattered / _LEAST_SCATTERED))
 
 
 @cache
-def _entered(scattered: float, index: float) -> float:
+def _mean_entry_h(scattered: float, index: float) -> float:
     """The mean of H over light that enters evenly from outside, refracted by an index."""
     cosine, weight = _gauss(0, 1)
     inside = np.sqrt(1 - (1 - cosine ** 2) / index ** 2)
     return float(2 * (cosine * weight) @ np.interp(inside, cosine, _h(scattered, cosine, weight)))
 
 
-def wider(scattered: FloatArray, index: float) -> FloatArray:
+def path_widening(scattered: FloatArray, index: float) -> FloatArray:
     """How much farther light leaves by the walk than below a surface, for the same mean free path: of single scattering
     albedos, (3,)."""
     at = np.sqrt(1 - scattered)
@@ -214,7 +215,7 @@ def _h(scattered: float, mu: FloatArray, weight: FloatArray) -> FloatArray:
     return h
 
 
-def least_above(function: Callable[[float], float], value: float) -> float:
+def bisect(function: Callable[[float], float], value: float) -> float:
     """Where a function that rises has a value, by halving 0 to 1."""
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):

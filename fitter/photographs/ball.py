@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, selected
+from ..arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, select_directions
 from ..errors import DatasetError
 from .camera import pixel_angle
 from .photograph import Photograph
@@ -137,7 +137,7 @@ def visible_pixels(photograph: BallPhotograph) -> BallPixels:
     if not good.any():
         raise DatasetError("the lamp is behind the ball, or so far to its side that the camera sees nothing that is "
                            "lit", photograph.name)
-    return BallPixels(pixel[good], selected(directions, good), np.cos(directions[0][good]) / far[good] ** 2,
+    return BallPixels(pixel[good], select_directions(directions, good), np.cos(directions[0][good]) / far[good] ** 2,
                       float(size / limb))
 
 
@@ -186,7 +186,7 @@ def measured(photograph: BallPhotograph) -> PixelReflectances:
     if not good.any():
         raise DatasetError("nothing of the ball is lit: all of its pixels are dark, saturated or masked",
                            photograph.name)
-    seen_well = BallPixels(lit.pixel[good], selected(lit.directions, good), lit.irradiance[good], lit.grain)
+    seen_well = BallPixels(lit.pixel[good], select_directions(lit.directions, good), lit.irradiance[good], lit.grain)
     value = radiance[seen_well.pixel] / (photograph.intensity * seen_well.irradiance[:, None])
     relative = noise[good].mean(axis=1) / neighbours[good].mean(axis=1)
     return PixelReflectances(seen_well, value, np.hypot(relative, _misplaced(seen_well)), int((~good).sum()))

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray, selected
+from ..arrays import FloatArray, select_directions
 from ..methods import fit
 from ..methods.presets import PRESETS
 from ..quality.cross_validation import cube_root
 from ..quality.physics import direction_pairs
-from ..quality.verdict import Judgement, predicted
-from ..samples import Samples, some, subset
+from ..quality.verdict import Judgement, prediction_message
+from ..samples import Samples, subsample, subset
 from .ball import STEEPEST, BallPhotograph, measured
 from .coverage import REACH, Coverage, coverage, difference_angle
 from .samples import gathered
@@ -50,11 +50,11 @@ def left_out(photographs: Sequence[BallPhotograph]) -> Judgement | None:
     others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
     if len(others) < 2:
         return None
-    made = fit(some(gathered(others, shot.name, shot.name), _JUDGED), **PRESETS["Standard"])
+    made = fit(subsample(gathered(others, shot.name, shot.name), _JUDGED), **PRESETS["Standard"])
     there = measured(shot)
     light = there.seen.irradiance[:, None]
     missed = light * (made.evaluate(*there.seen.directions) - there.reflectance)
-    return predicted(shot.name, float(np.linalg.norm(missed) / np.linalg.norm(light * there.reflectance)))
+    return prediction_message(shot.name, float(np.linalg.norm(missed) / np.linalg.norm(light * there.reflectance)))
 
 
 def next_phase_angle(samples: Samples, covered: Coverage) -> float | None:
@@ -68,13 +68,13 @@ def next_phase_angle(samples: Samples, covered: Coverage) -> float | None:
     parts = np.unique(between)
     if len(middles) == 1 or len(parts) == 1:
         return 2 * middles[0]
-    fits = [fit(some(subset(samples, between != part), _SAMPLES), **PRESETS["Standard"])
+    fits = [fit(subsample(subset(samples, between != part), _SAMPLES), **PRESETS["Standard"])
             for part in progress.each(parts.tolist())]
     pairs = direction_pairs(_PAIRS)
     at = np.degrees(difference_angle(pairs))
 
     def disagreement(gap: tuple[float, float]) -> float:
-        inside = selected(pairs, (gap[0] < at) & (at < gap[1]) & (np.maximum(pairs[0], pairs[2]) < STEEPEST))
+        inside = select_directions(pairs, (gap[0] < at) & (at < gap[1]) & (np.maximum(pairs[0], pairs[2]) < STEEPEST))
         found: FloatArray = np.stack([cube_root(inside[2], each.evaluate(*inside)) for each in fits])
         return float(found.var(axis=0).mean() / (found ** 2).mean())
 

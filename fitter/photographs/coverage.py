@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray
 from ..coordinates.rusinkiewicz import Pair
-from ..quality.coverage import cosines, folded
+from ..quality.coverage import cosines, fold_azimuth
 from ..quality.physics import direction_pairs
 from ..samples import Samples
 
@@ -73,10 +73,10 @@ def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
     """
     theta_i, theta_o = (np.concatenate(both) for both in ((samples.theta_i, samples.theta_o),
                                                           (samples.theta_o, samples.theta_i)))
-    azimuth = np.tile(folded(samples.phi_o - samples.phi_i), 2)
+    azimuth = np.tile(fold_azimuth(samples.phi_o - samples.phi_i), 2)
     order = np.argsort(theta_i)
     theta_i, theta_o, azimuth = theta_i[order], theta_o[order], azimuth[order]
-    probes = np.stack([pairs[0], pairs[2], folded(pairs[3] - pairs[1])], axis=1)
+    probes = np.stack([pairs[0], pairs[2], fold_azimuth(pairs[3] - pairs[1])], axis=1)
     covered, cells = np.zeros(len(probes), bool), (probes[:, :2] / _CELL).astype(int)
     for cell in np.unique(cells, axis=0):
         inside = np.flatnonzero((cells == cell).all(axis=1))

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import progress
-from ..arrays import Directions, FloatArray, IntArray, joined
+from ..arrays import Directions, FloatArray, IntArray, concatenate_directions
 from ..errors import DatasetError
-from ..least_squares import nonnegative
+from ..least_squares import nonnegative_least_squares
 from ..methods import fit
 from ..methods.presets import PRESETS
 from ..model import Reflectance
@@ -143,7 +143,7 @@ def _own(equations: _Equations, shines: bool = True) -> list[Microfacet]:
     """A Lambertian of each channel, and where it shines a lobe of the sample's mean: what mixes to each texel's own
     Lambertian."""
     gram, right = (each.sum(axis=0) for each in equations[:2])
-    whole = nonnegative(gram + _ridge(gram), right)
+    whole = nonnegative_least_squares(gram + _ridge(gram), right)
     channels, lobes = whole.shape
     parts = np.zeros((channels + 1, channels, lobes))
     parts[np.arange(channels), np.arange(channels), 0] = np.maximum(whole[:, 0], _LEAST_DIFFUSE * whole.sum(axis=1))
@@ -273,7 +273,9 @@ def _weights(equations: _Equations, strengths: FloatArray, free: bool = False) -
     """The weights (n, m), at least 0 if not `free`."""
     gram, right = _weight_equations(equations, strengths)
     gram = gram + _ridge(gram)
-    return np.asarray(np.linalg.solve(gram, right[..., None])[..., 0]) if free else nonnegative(gram, right)
+    if free:
+        return np.asarray(np.linalg.solve(gram, right[..., None])[..., 0])
+    return nonnegative_least_squares(gram, right)
 
 
 def _strengths(equations: _Equations, weights: FloatArray, free: bool = False) -> FloatArray:
@@ -284,7 +286,7 @@ def _strengths(equations: _Equations, weights: FloatArray, free: bool = False) -
     gram = gram.reshape(channels, m, m, lobes, lobes).swapaxes(2, 3).reshape(channels, m * lobes, m * lobes)
     right = np.einsum("nm,ncj->cmj", weights, equations.right).reshape(channels, m * lobes)
     gram = gram + _ridge(gram)
-    found = np.linalg.solve(gram, right[..., None])[..., 0] if free else nonnegative(gram, right)
+    found = np.linalg.solve(gram, right[..., None])[..., 0] if free else nonnegative_least_squares(gram, right)
     return np.asarray(found.reshape(channels, m, lobes).swapaxes(0, 1))
 
 
@@ -333,5 +335,5 @@ def _without_retro_peak(directions: Directions, values: FloatArray,
     upright = (np.cos(directions[0]) + np.cos(directions[2]))[near] / (2 * np.cos(difference[near]))
     half = np.arccos(np.clip(upright, -1, 1))
     level = np.zeros_like(half)
-    return (joined([directions, (half, level, half, level)]), np.concatenate([values, values[near]]),
+    return (concatenate_directions([directions, (half, level, half, level)]), np.concatenate([values, values[near]]),
             np.concatenate([deviation, np.maximum(deviation[near], _ASSUMED)]))

@@ -15,8 +15,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError, printable
 from ..quality.physics import directional_albedo
-from ..quality.verdict import predicted
-from ..storage.files import replacing_together
+from ..quality.verdict import prediction_message
+from ..storage.files import replace_folder
 from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
 from .flat_judging import contradictions, turned_lamps
@@ -139,7 +139,7 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
     bright = too_bright(reflected(maps), albedo)
     doubts = [*bright]
     if missed is not None:
-        told = predicted(photographs[len(photographs) // 2].name, missed)
+        told = prediction_message(photographs[len(photographs) // 2].name, missed)
         lines.append(told.words)
         if told.is_bad:
             doubts.append(told.words)
@@ -168,7 +168,7 @@ def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
     """
     most = white(maps.weights.max(axis=2))
     told = [*lines, f"White in a mask is a weight of {most:.6g}"]
-    with replacing_together(Path(folder)) as part:
+    with replace_folder(Path(folder)) as part:
         for number, fit in enumerate(maps.fits):
             (part / f"mask-{number + 1}.png").write_bytes(png(maps.weights[::-1, :, number] / most))
             fit.save(part / f"material-{number + 1}.npz")

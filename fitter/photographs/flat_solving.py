@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray, IntArray
-from ..least_squares import nonnegative
+from ..least_squares import nonnegative_least_squares
 from ..model import Reflectance
 from ..model.microfacet import Microfacet
 from .ball import STEEPEST, to_local_angles
@@ -252,7 +252,7 @@ def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray
 def _nonnegative(unit: FloatArray, values: FloatArray) -> FloatArray:
     """The nonnegative weights, (n, m), with which radiances of unit weights, (n, q, m), are closest to values (n, q).
     """
-    return nonnegative(_gram(unit), np.einsum("nqm,nq->nm", unit, values))
+    return nonnegative_least_squares(_gram(unit), np.einsum("nqm,nq->nm", unit, values))
 
 
 def _gram(unit: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import FloatArray, SingleArray
-from ..colours import from_primaries, linear_of_srgb
+from ..colours import conversion_from_primaries, decode_srgb
 from ..errors import DatasetError
 from .light import exposure_of
 
@@ -234,7 +234,7 @@ def _bend(spec: Any, bits: int | None, encoding: str | None) -> Callable[[FloatA
     sRGB is how older files say it.
     """
     if encoding is not None:
-        return linear_of_srgb if encoding == "srgb" else None
+        return decode_srgb if encoding == "srgb" else None
     said = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
     profile = str(spec.get_string_attribute("ICCProfile:profile_description")).lower()
     if said.startswith(("lin", "scene_linear", "raw", "data")) or "linear" in profile:
@@ -242,7 +242,7 @@ def _bend(spec: Any, bits: int | None, encoding: str | None) -> Callable[[FloatA
     if said == "srgb" and _is_tiff_with_exif(spec):
         said = ""
     bent = "srgb" in said or "srgb" in profile or (said.startswith("g") and _is_gamma(spec))
-    return linear_of_srgb if bent or bits == 8 else None
+    return decode_srgb if bent or bits == 8 else None
 
 
 def _is_tiff_with_exif(spec: Any) -> bool:
@@ -280,4 +280,4 @@ def _matrix(spec: Any) -> FloatArray | None:
     if numbers is None or len(numbers) != 8:
         return None
     places = [(float(numbers[k]), float(numbers[k + 1])) for k in (0, 2, 4, 6)]
-    return from_primaries(places[:3], places[3])
+    return conversion_from_primaries(places[:3], places[3])

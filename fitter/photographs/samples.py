@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import joined
+from ..arrays import concatenate_directions
 from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples
 from .ball import STEEPEST, BallPhotograph, PixelReflectances, measured
@@ -60,7 +60,7 @@ def in_place(photographs: Sequence[BallPhotograph], source: str) -> list[BallPho
 def gathered(photographs: Sequence[BallPhotograph], name: str, source: str) -> Samples:
     """The samples of photographs that are `in_place`; raises as `samples_from_ball` does."""
     parts = [measured(each) for each in photographs]
-    directions = joined(part.seen.directions for part in parts)
+    directions = concatenate_directions(part.seen.directions for part in parts)
     values = np.concatenate([part.reflectance for part in parts])
     deviation = np.concatenate([part.deviation for part in parts])
     if np.abs(values).max() > LARGEST_VALUE:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..samples import HORIZON, Samples, some
+from ..samples import HORIZON, Samples, subsample
 
 PLAUSIBLE = 1.3             # estimates of real surfaces are up to 1.1
 DARKEST = 0.002             # with the brightest directions: Aeroglaze's black paint has .016, of published fits the
@@ -97,7 +97,7 @@ def estimate(samples: Samples) -> Albedo:
     return Albedo(share, tuple(reasons), is_dark)
 
 
-def doubt(samples: Samples) -> str:
+def implausibility_message(samples: Samples) -> str:
     """What is to be said of measurements that no surface has; empty of others."""
     found = estimate(samples)
     return f"{samples.name} reflects {found.text()}" if found.is_doubtful else ""
@@ -120,7 +120,7 @@ def _reasons(samples: Samples, share: float) -> Iterator[str]:
 
 def _share(samples: Samples, brightest: float = _BRIGHTEST) -> float:
     """The largest share of light that is reflected, of any channel; directions brighter than a quantile count as it."""
-    fewer = some(samples, _MOST)
+    fewer = subsample(samples, _MOST)
     known = _features(*fewer.directions, fewer.isotropic)
     squares = (known ** 2).sum(axis=1)
     radius = np.sqrt((np.arange(_CELLS) + 0.5) / _CELLS)

@@ -50,7 +50,7 @@ def questions(samples: Samples) -> tuple[str, ...]:
     ("10 times as bright toward the light as in the mirror direction: is phi counted from the mirror's side?",)
     """
     sides = _sides(samples)
-    return tuple(each for each in (_mirrored(sides), _upside_down(sides)) if each)
+    return tuple(each for each in (_asks_mirrored(sides), _upside_down(sides)) if each)
 
 
 def _sides(samples: Samples) -> _Sides:
@@ -72,7 +72,7 @@ def _sides(samples: Samples) -> _Sides:
     return _Sides(numbers, np.maximum(forward, least), np.maximum(backward, least))
 
 
-def _mirrored(sides: _Sides) -> str:
+def _asks_mirrored(sides: _Sides) -> str:
     times = sides.backward / sides.forward
     bright = np.flatnonzero(times >= _BACKWARD)
     if len(bright) < 2 or np.ptp(sides.number[bright]) < _LEAST:

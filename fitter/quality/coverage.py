@@ -28,7 +28,7 @@ _MERGED = np.radians(3)     # and how far those are apart that are not
 _AT_ONCE = 1024             # samples compared with all probes at a time: fits the processor's cache
 
 
-def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
+def widest_gap(samples: Samples) -> tuple[float, tuple[float, ...]]:
     """The probe that is farthest from the nearest sample.
 
     Returns
@@ -43,14 +43,14 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
         return _widest_of_anisotropic(samples)
     grids = np.meshgrid(_PROBE_THETA, _PROBE_THETA, _PROBE_AZIMUTH, indexing="ij")
     probes = np.stack([grid.ravel() for grid in grids], axis=1)
-    azimuth = folded(np.remainder(samples.phi_o, 2 * np.pi) - np.remainder(samples.phi_i, 2 * np.pi))
+    azimuth = fold_azimuth(np.remainder(samples.phi_o, 2 * np.pi) - np.remainder(samples.phi_i, 2 * np.pi))
     sides = [_Cells(*angles) for angles in ((samples.theta_i, samples.theta_o, azimuth),
                                             (samples.theta_o, samples.theta_i, azimuth))]
     nearest = np.full(len(probes), -1.0)                    # cosines of distances
     for cells in sides:
         for start in range(0, len(cells.first), _AT_ONCE):
             part = cells.first[start:start + _AT_ONCE]
-            np.maximum(nearest, cosines(probes, *cells.at(part)).max(axis=1), out=nearest)
+            np.maximum(nearest, cosines(probes, *cells.angles(part)).max(axis=1), out=nearest)
     distance = np.arccos(np.minimum(nearest, 1))
     candidates = np.flatnonzero(distance >= distance.max() - _ACROSS)
     probes, nearest = probes[candidates], nearest[candidates]
@@ -113,7 +113,7 @@ class _Cells:
         self._stops = np.append(self._starts[1:], len(cell))
         self.first = self._order[self._starts]
 
-    def at(self, which: IntArray) -> Iterator[FloatArray]:
+    def angles(self, which: IntArray) -> Iterator[FloatArray]:
         """Incident and outgoing polar angle and azimuth of samples, radians."""
         return (angle[which] for angle in self._angles)
 
@@ -122,18 +122,18 @@ class _Cells:
         for start in range(0, len(self.first), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
             reach = np.minimum(np.arccos(np.minimum(nearest, 1)) + _ACROSS, np.pi)
-            near = cosines(probes, *self.at(self.first[part])) >= np.cos(reach)[:, None]
+            near = cosines(probes, *self.angles(self.first[part])) >= np.cos(reach)[:, None]
             more = near.any(axis=0) & (self._stops[part] - self._starts[part] > 1)
             for run in np.flatnonzero(more):
                 which = np.flatnonzero(near[:, run])
                 inside = self._order[self._starts[start + run]:self._stops[start + run]]
-                nearest[which] = np.maximum(nearest[which], cosines(probes[which], *self.at(inside)).max(axis=1))
+                nearest[which] = np.maximum(nearest[which], cosines(probes[which], *self.angles(inside)).max(axis=1))
 
 
 def cosines(probes: FloatArray, theta_i: FloatArray, theta_o: FloatArray, azimuth: FloatArray) -> FloatArray:
     """Cosines of the distances from probes to samples: (p, 3) and three (n,) radians to (p, n).
 
-    The azimuth is that between the directions, `folded`.
+    The azimuth is that between the directions, `fold_azimuth`.
     """
     incident = np.cos(theta_i), np.sin(theta_i)
     between = np.outer(np.cos(probes[:, 0]), incident[0]) + np.outer(np.sin(probes[:, 0]), incident[1])
@@ -147,6 +147,6 @@ def vectors(theta: FloatArray, azimuth: FloatArray) -> FloatArray:
     return np.stack([sin * np.cos(azimuth), sin * np.sin(azimuth), np.cos(theta)], axis=1)
 
 
-def folded(azimuth: FloatArray) -> FloatArray:
+def fold_azimuth(azimuth: FloatArray) -> FloatArray:
     """Fold azimuths by bilateral symmetry, to 0 to pi."""
     return np.arctan2(np.abs(np.sin(azimuth)), np.cos(azimuth))

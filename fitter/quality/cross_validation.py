@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray, selected
+from ..arrays import FloatArray, IntArray, select_directions
 from ..model import Reflectance
 from ..samples import Samples, subset
 
@@ -48,8 +48,8 @@ def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
     return [part for part in np.array_split(shuffled, parts) if len(part)]
 
 
-def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
-             seed: int = SEED) -> HeldOutErrors:
+def cross_validate(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
+                   seed: int = SEED) -> HeldOutErrors:
     """Errors of a fit at samples, each of which is predicted by a fit to the other folds.
 
     Raises ValueError if there is only one sample.
@@ -65,15 +65,15 @@ def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int
         raise ValueError("one sample cannot be predicted from the others")
     predicted = np.empty(samples.values.shape)
     for part in folds(len(samples), parts, seed):
-        predicted[part] = from_others(samples, part, fit)
+        predicted[part] = predict_part(samples, part, fit)
     return errors(samples, predicted)
 
 
-def from_others(samples: Samples, part: IntArray, fit: Callable[[Samples], Reflectance]) -> FloatArray:
+def predict_part(samples: Samples, part: IntArray, fit: Callable[[Samples], Reflectance]) -> FloatArray:
     """What a fit to all samples but a part, indices (k,), predicts of the part: (k, channels), 1/sr."""
     others = np.ones(len(samples), dtype=bool)
     others[part] = False
-    return fit(subset(samples, others)).evaluate(*selected(samples.directions, part))
+    return fit(subset(samples, others)).evaluate(*select_directions(samples.directions, part))
 
 
 def errors(samples: Samples, predicted: FloatArray) -> HeldOutErrors:

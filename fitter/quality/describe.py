@@ -8,7 +8,7 @@ from ..arrays import FloatArray
 from ..samples import Rotations, Samples, rotations
 from ..shader_constants import GRAZING
 from . import albedo, conventions
-from .coverage import widest_hole
+from .coverage import widest_gap
 
 WIDE_GAP = 25.0             # degrees: no fit is reliable across a wider hole
 
@@ -65,7 +65,7 @@ class Description:
     questions: tuple[str, ...] = ()
 
     @property
-    def farthest(self) -> float:
+    def largest_angle(self) -> float:
         """The largest measured angle, degrees: what a fit is beyond it is a guess."""
         return max(self.theta_i[1], self.theta_o[1])
 
@@ -86,8 +86,8 @@ class Description:
                 ("Negative", f"{self.negative:,} of {values:,} values", self.negative > 0),
                 ("Saturated", f"{self.saturated:,} of {values:,} values", self.saturated > 0),
                 ("Albedo", self.albedo.text(), self.albedo.is_doubtful)]
-        if self.farthest < np.degrees(GRAZING):
-            rows.insert(4, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
+        if self.largest_angle < np.degrees(GRAZING):
+            rows.insert(4, ("Guessed", f"beyond {self.largest_angle:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]
         rows += [("Angles", question, True) for question in self.questions]
@@ -105,9 +105,9 @@ def describe(samples: Samples) -> Description:
     (2, 1, (0.0, 28.64789))
     """
     values = samples.values
-    gap, at = widest_hole(samples)
+    gap, at = widest_gap(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
-                       gap, at, int(np.count_nonzero(values < 0)), _saturated(samples),
+                       gap, at, int(np.count_nonzero(values < 0)), _count_saturated(samples),
                        _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)),
                        albedo.estimate(samples), samples.notes,
                        None if samples.isotropic else rotations(samples.theta_i, samples.phi_i),
@@ -123,7 +123,7 @@ def _range(theta: FloatArray) -> tuple[float, float]:
     return float(np.degrees(theta.min())), float(np.degrees(theta.max()))
 
 
-def _saturated(samples: Samples) -> int:
+def _count_saturated(samples: Samples) -> int:
     """The number of values at their channel's maximum, if several are, or of saturated samples."""
     plateau = (samples.values == samples.values.max(axis=0)) & (samples.values > 0)
     plateau &= plateau.sum(axis=0) > 1

@@ -1,6 +1,7 @@
 """A judgement of a fit in plain words: how closely it matches the measurements, and what it is worth between them.
 
-`judged` makes words of all errors: of fits, of photographs that are predicted from others, and of renders beside them.
+`grade_message` makes words of all errors: of fits, of photographs that are predicted from others, and of renders
+beside them.
 
 Errors are in steps of lightness: 100 times the difference of the cube roots of cosine-weighted reflectance, white being
 a Lambertian surface of albedo 1. The cube root is the metric that agreed best with observers (see
@@ -21,8 +22,8 @@ from ..arrays import FloatArray
 from ..model import Reflectance
 from ..samples import Samples, subset
 from ..shader_constants import GRAZING
-from .coverage import widest_hole
-from .cross_validation import cube_root, folds, from_others
+from .coverage import widest_gap
+from .cross_validation import cube_root, folds, predict_part
 from .describe import WIDE_GAP
 
 GRADES = ("excellent", "good", "fair", "poor")
@@ -70,13 +71,13 @@ class Judgement(NamedTuple):
     is_bad: bool
 
 
-def steps(samples: Samples, predicted: FloatArray) -> float:
+def lightness_error(samples: Samples, predicted: FloatArray) -> float:
     """The root mean square error of predictions (n, channels), 1/sr, in steps of lightness.
 
     Examples
     --------
     >>> grey = Samples([0], [0], [0], [0], [[0.125 / np.pi]])
-    >>> round(steps(grey, np.array([[0.216 / np.pi]])), 9)
+    >>> round(lightness_error(grey, np.array([[0.216 / np.pi]])), 9)
     10.0
     """
     measured, fitted = (_lightness(samples, values) for values in (samples.values, predicted))
@@ -84,21 +85,21 @@ def steps(samples: Samples, predicted: FloatArray) -> float:
 
 
 def judge(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
-    """Judge a fit by its samples, and by `steps` at samples that it had not seen, if they are known.
+    """Judge a fit by its samples, and by `lightness_error` at samples that it had not seen, if they are known.
 
     No fit counts as better between its samples than at them, and none is judged by samples that show nothing.
     """
     if _shows_something(samples):
-        match = steps(samples, fit.evaluate(*samples.directions))
+        match = lightness_error(samples, fit.evaluate(*samples.directions))
         unseen = max(match, unseen) if unseen != UNKNOWN else UNKNOWN
     else:
         match = unseen = UNKNOWN
     least, farthest = sorted(float(np.degrees(theta.max())) for theta in (samples.theta_i, samples.theta_o))
-    return Verdict(match, unseen, farthest, widest_hole(samples)[0], least)
+    return Verdict(match, unseen, farthest, widest_gap(samples)[0], least)
 
 
-def unseen(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
-    """`steps` at one fold of the samples, of a fit to the others: a fifth of the work of cross-validation.
+def unseen_error(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
+    """`lightness_error` at one fold of the samples, of a fit to the others: a fifth of the work of cross-validation.
 
     `UNKNOWN` for a single sample, and where the fold shows nothing.
     """
@@ -106,7 +107,7 @@ def unseen(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
         return UNKNOWN
     part = folds(len(samples))[0]
     held_out = subset(samples, part)
-    return steps(held_out, from_others(samples, part, fit)) if _shows_something(held_out) else UNKNOWN
+    return lightness_error(held_out, predict_part(samples, part, fit)) if _shows_something(held_out) else UNKNOWN
 
 
 def _shows_something(samples: Samples) -> bool:
@@ -131,19 +132,19 @@ def grade(error: float, limits: tuple[float, ...]) -> str:
     return GRADES[sum(error > limit for limit in limits)] if error >= 0 else UNJUDGED
 
 
-def judged(what: str, error: float, limits: tuple[float, ...]) -> Judgement:
+def grade_message(what: str, error: float, limits: tuple[float, ...]) -> Judgement:
     """What has an error, in words with its grade. It is bad where the grade is the worst, or there is none.
 
     Examples
     --------
-    >>> judged("The photograph is predicted within 383%", 3.83, PREDICTED_LIMITS)
+    >>> grade_message("The photograph is predicted within 383%", 3.83, PREDICTED_LIMITS)
     Judgement(words='The photograph is predicted within 383%: poor', is_bad=True)
     """
     found = grade(error, limits)
     return Judgement(f"{what}: {found}", found in (GRADES[-1], UNJUDGED))
 
 
-def guessed(verdict: Verdict) -> float:
+def extrapolated_share(verdict: Verdict) -> float:
     """The share of a white ball's picture under an even sky that pairs of directions make which are beyond the measured
     angles; 0 where these are not known.
 
@@ -152,7 +153,7 @@ def guessed(verdict: Verdict) -> float:
 
     Examples
     --------
-    >>> round(guessed(Verdict(0.4, 3.0, 75.0, 12.0, 60.0)), 3)
+    >>> round(extrapolated_share(Verdict(0.4, 3.0, 75.0, 12.0, 60.0)), 3)
     0.3
     """
     if not verdict.least:
@@ -164,7 +165,7 @@ def is_well(verdict: Verdict) -> bool:
     """Whether a fit matches its measurements at least well, is not known to be worse between them, and little of what
     one sees is beyond them."""
     return (0 <= verdict.match <= MATCH_LIMITS[1] and verdict.between <= BETWEEN_LIMITS[1]
-            and guessed(verdict) <= LITTLE_GUESSED)
+            and extrapolated_share(verdict) <= LITTLE_GUESSED)
 
 
 def sentence(verdict: Verdict) -> str:
@@ -182,7 +183,7 @@ def sentence(verdict: Verdict) -> str:
     if verdict.hole > WIDE_GAP:
         doubts.append(f"in gaps of up to {verdict.hole:.0f} degrees")
     uncertain = f", uncertain {' and '.join(doubts)}" if doubts else ""
-    return f"{at_samples(verdict).words}. {between}{uncertain}{_guess(verdict)}"
+    return f"{match_message(verdict).words}. {between}{uncertain}{_extrapolation_message(verdict)}"
 
 
 def line(verdict: Verdict) -> str:
@@ -197,26 +198,26 @@ def line(verdict: Verdict) -> str:
     'Matches the measurements: excellent. Measured to 60 and 75 degrees, the rim is a guess (30 % of a ball)'
     """
     between = f". {_line_between_angles(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else ""
-    return f"{at_samples(verdict).words}{between}{_guess(verdict)}"
+    return f"{match_message(verdict).words}{between}{_extrapolation_message(verdict)}"
 
 
-def predicted(name: str, missed: float) -> Judgement:
+def prediction_message(name: str, missed: float) -> Judgement:
     """How far a photograph of this name is from what the others say of it, as a share of its root mean square."""
-    found = judged(f"Without {name}, that photograph is predicted within {missed:.1%}" if missed >= 0
-                   else f"What {name} shows is dark", missed, PREDICTED_LIMITS)
+    found = grade_message(f"Without {name}, that photograph is predicted within {missed:.1%}" if missed >= 0
+                          else f"What {name} shows is dark", missed, PREDICTED_LIMITS)
     return found._replace(words=found.words + _NOT_PREDICTED * found.is_bad)
 
 
-def at_samples(verdict: Verdict) -> Judgement:
+def match_message(verdict: Verdict) -> Judgement:
     """How closely a fit matches its measurements."""
-    return judged("Matches the measurements", verdict.match, MATCH_LIMITS)
+    return grade_message("Matches the measurements", verdict.match, MATCH_LIMITS)
 
 
-def _guess(verdict: Verdict) -> str:
-    share = guessed(verdict)
+def _extrapolation_message(verdict: Verdict) -> str:
+    share = extrapolated_share(verdict)
     measured = f"Measured to {verdict.least:.0f} and {verdict.farthest:.0f} degrees"
     return "" if share <= LITTLE_GUESSED else f". {measured}, the rim is a guess ({100 * share:.0f} % of a ball)"
 
 
 def _line_between_angles(verdict: Verdict) -> str:
-    return judged("Between measured angles", verdict.between, BETWEEN_LIMITS).words
+    return grade_message("Between measured angles", verdict.between, BETWEEN_LIMITS).words

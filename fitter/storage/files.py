@@ -22,7 +22,7 @@ _INTERVAL = 0.1             # s, between two attempts to lock on Windows, which 
 _ATTEMPTS = 20              # to open a lock file that others make and remove
 _HOLDER = re.compile(r"process \d+ on [^\r\n]*")      # what a lock file says
 _LONGEST_HOLDER = 300
-_PART = re.compile(r"(.*)\.[0-9a-f]{8}\.part", re.DOTALL)      # what `replacing` writes first
+_PART = re.compile(r"(.*)\.[0-9a-f]{8}\.part", re.DOTALL)      # what `replace_file` writes first
 _LONGEST_WRITING = 3600.0   # s: files are written in seconds
 _RECORD = ".measured_brdf"  # the file in a folder that says what was written there
 _LARGEST_RECORD = 1 << 20   # bytes
@@ -72,24 +72,24 @@ def _open_without_waiting(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def real(path: str | Path) -> Path:
+def real_path(path: str | Path) -> Path:
     """The absolute path that links lead to. Where they lead in a circle, an OSError follows when it is opened."""
     return Path(os.path.realpath(path))
 
 
-def without_folders(source: str) -> str:
+def strip_folders(source: str) -> str:
     r"""The name of a file of which there is a path, of this system or of another one: what may be handed on.
 
     Examples
     --------
-    >>> without_folders("/home/ann/scan.csv"), without_folders("C:\\ann\\scan.csv"), without_folders("published:gold")
+    >>> strip_folders("/home/ann/scan.csv"), strip_folders("C:\\ann\\scan.csv"), strip_folders("published:gold")
     ('scan.csv', 'scan.csv', 'published:gold')
     """
     return PureWindowsPath(source).name
 
 
 @contextmanager
-def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
+def replace_file(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
     """Write a new file and put it in the place of `path` once it is complete; on an error `path` stays as it was.
 
     A link is followed: the file that it names is replaced. What a process has left that was killed while it wrote the
@@ -106,19 +106,19 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
     --------
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
-    >>> with replacing(folder / "notes.txt", "w") as stream:
+    >>> with replace_file(folder / "notes.txt", "w") as stream:
     ...     _ = stream.write("complete")
-    >>> with suppress(RuntimeError), replacing(folder / "notes.txt", "w") as stream:
+    >>> with suppress(RuntimeError), replace_file(folder / "notes.txt", "w") as stream:
     ...     _ = stream.write("half of")
     ...     raise RuntimeError
     >>> (folder / "notes.txt").read_text(), len(list(folder.iterdir()))
     ('complete', 1)
     """
-    path = real(path)
+    path = real_path(path)
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "not a file that can be replaced", str(path))
     beside = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
-    remove_left(path.parent, path.name, _LONGEST_WRITING)
+    remove_stale_parts(path.parent, path.name, _LONGEST_WRITING)
     try:
         # exclusive: if another process has just taken the same name, its file stays
         stream = open(beside, mode.replace("w", "x"), encoding=None if "b" in mode else "utf-8",    # noqa: SIM115
@@ -138,8 +138,8 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
         raise
 
 
-def remove_left(folder: Path, name: str | None = None, age: float = 0.0) -> None:
-    """Remove what `replacing` has left in a folder where its process was killed, of the file of this name or of all.
+def remove_stale_parts(folder: Path, name: str | None = None, age: float = 0.0) -> None:
+    """Remove what `replace_file` has left in a folder where its process was killed, of the file of this name or of all.
 
     What is not so many seconds old may be written just now.
     """
@@ -152,7 +152,7 @@ def remove_left(folder: Path, name: str | None = None, age: float = 0.0) -> None
 
 
 @contextmanager
-def replacing_together(folder: Path) -> Iterator[Path]:
+def replace_folder(folder: Path) -> Iterator[Path]:
     """Write new files into a folder that this yields, and put them into another one, which is made, once they are
     complete; on an error that stays as it was.
 
@@ -164,7 +164,7 @@ def replacing_together(folder: Path) -> Iterator[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     record, beside = folder / _RECORD, folder / f"{_RECORD}.part"
-    with locked(beside, wait=True):
+    with hold_lock(beside, wait=True):
         if os.path.lexists(beside):
             shutil.rmtree(beside)
         beside.mkdir()
@@ -173,10 +173,10 @@ def replacing_together(folder: Path) -> Iterator[Path]:
             digests = {path.name: _digest(path) for path in beside.iterdir()}
             for name in digests:
                 os.replace(beside / name, folder / name)
-            for name, digest in _recorded(record).items():
+            for name, digest in _read_record(record).items():
                 if name not in digests and Path(name).name == name and _digest(folder / name) == digest:
                     (folder / name).unlink()
-            with replacing(record, "w") as stream:
+            with replace_file(record, "w") as stream:
                 json.dump(digests, stream)
         except OSError as error:
             raise OSError(error.errno, error.strerror or str(error), str(folder)) from error
@@ -191,7 +191,7 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _recorded(path: Path) -> dict[str, str]:
+def _read_record(path: Path) -> dict[str, str]:
     """The names and digests in a file of them; empty where it is none."""
     with suppress(DatasetError, ValueError, RecursionError):
         found = json.loads(read_bytes(path, _LARGEST_RECORD))
@@ -201,7 +201,7 @@ def _recorded(path: Path) -> dict[str, str]:
 
 
 @contextmanager
-def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
+def hold_lock(path: str | Path, wait: bool = False) -> Iterator[None]:
     """Hold the lock of a file: of all processes that ask for it, one at a time has it.
 
     The operating system locks a file beside it, `path` with ".lock", and unlocks it when the process ends, even if it
@@ -221,11 +221,11 @@ def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
     --------
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "library.blend"
-    >>> with locked(path):
+    >>> with hold_lock(path):
     ...     path.with_name("library.blend.lock").exists()
     True
     """
-    path = real(path)
+    path = real_path(path)
     beside = path.with_name(path.name + ".lock")
     while True:
         stream = _lock_file(beside)

@@ -33,7 +33,7 @@ _LONGEST_TEXT = 1 << 20     # bytes, four for a character
 _PIECE = 1 << 18
 
 
-def written(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+def to_bytes(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Arrays as an .npz file, compressed; unlike those of `numpy.savez_compressed`, equal arrays have equal files."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
@@ -58,7 +58,7 @@ def read(content: bytes, largest: int = LARGEST) -> dict[str, NDArray[Any]]:
 
     Examples
     --------
-    >>> {name: array.tolist() for name, array in read(written({"diffuse": np.arange(3.0)})).items()}
+    >>> {name: array.tolist() for name, array in read(to_bytes({"diffuse": np.arange(3.0)})).items()}
     {'diffuse': [0.0, 1.0, 2.0]}
     """
     _check_directory(content)

@@ -10,7 +10,7 @@ from benchmarks.report.baselines import ggx, koenderink, lafortune, neural, thin
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.model import published
 from fitter.model.low2012 import Low2012
-from fitter.quality.cross_validation import held_out
+from fitter.quality.cross_validation import cross_validate
 from support.cases import release
 
 pytestmark = release        # only benchmarks use them
@@ -218,7 +218,7 @@ def test_the_gradient_of_the_neural_loss_is_that_of_finite_differences(random):
 @pytest.mark.parametrize(("baseline", "sample", "limit"), [
     (lafortune, 4, 0.05), (ggx, 12, 0.011), (ggx, 4, 0.047), (thin_plate, 1, 0.0055), (thin_plate, 15, 0.010)])
 def test_rivals_predict_what_is_held_out_of_curet_as_well_as_they_did(curet, baseline, sample, limit):
-    assert held_out(curet(sample), baseline.fit).cube_root_rmse < limit
+    assert cross_validate(curet(sample), baseline.fit).cube_root_rmse < limit
 
 
 def test_a_published_network_is_the_authors_and_unknown_names_are_told(data):

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from fitter.storage.files import locked, remove_left, replacing, replacing_together
+from fitter.storage.files import hold_lock, remove_stale_parts, replace_file, replace_folder
 from support.checkout import ROOT
 
 
@@ -25,7 +25,7 @@ def loop(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("write", [replacing, locked])
+@pytest.mark.parametrize("write", [replace_file, hold_lock])
 def test_a_loop_of_links_in_the_path_is_an_error_of_the_system(loop, write):
     with pytest.raises(OSError, match="loop"), write(loop / "fit.npz"):
         raise AssertionError
@@ -38,7 +38,7 @@ def test_a_new_file_has_the_mode_of_the_process_whose_umask_no_moment_changes(tm
     try:
         with monkeypatch.context() as patched:
             patched.delattr(os, "umask")
-            with replacing(tmp_path / "fit.npz") as stream:
+            with replace_file(tmp_path / "fit.npz") as stream:
                 stream.write(b"complete")
     finally:
         os.umask(before)
@@ -59,7 +59,7 @@ def test_what_has_the_name_of_the_lock_file_is_neither_followed_nor_changed(tmp_
     occupy(lock, thesis)
     before = os.lstat(lock)
     with (pytest.raises(FileExistsError, match="not a lock that Measured BRDF has left") as raised,
-          locked(tmp_path / "library.blend")):
+          hold_lock(tmp_path / "library.blend")):
         raise AssertionError
     assert raised.value.filename == str(lock)
     assert thesis.read_text() == "Ten years of work."
@@ -71,7 +71,7 @@ def test_what_has_the_name_of_the_lock_file_is_neither_followed_nor_changed(tmp_
 def test_a_lock_file_that_a_killed_process_has_left_is_taken_and_goes(tmp_path):
     lock = tmp_path / "library.blend.lock"
     lock.write_text("process 123456789 on a-machine-with-a-long-name, and more of it")
-    with locked(tmp_path / "library.blend"):
+    with hold_lock(tmp_path / "library.blend"):
         assert lock.read_text().startswith(f"process {os.getpid()} on ")
         assert "and more of it" not in lock.read_text()
     assert not lock.exists()
@@ -79,7 +79,7 @@ def test_a_lock_file_that_a_killed_process_has_left_is_taken_and_goes(tmp_path):
 
 def test_a_lock_file_that_was_replaced_meanwhile_stays(tmp_path):
     lock = tmp_path / "library.blend.lock"
-    with locked(tmp_path / "library.blend"):
+    with hold_lock(tmp_path / "library.blend"):
         lock.unlink()
         lock.write_text("another's")
     assert lock.read_text() == "another's"
@@ -88,9 +88,9 @@ def test_a_lock_file_that_was_replaced_meanwhile_stays(tmp_path):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from fitter.storage.files import replacing, replacing_together
+from fitter.storage.files import replace_file, replace_folder
 folder = Path(sys.argv[1])
-with replacing_together(folder) as part, replacing(folder / "fit.npz") as stream:
+with replace_folder(folder) as part, replace_file(folder / "fit.npz") as stream:
     (part / "mask.png").write_bytes(b"half")
     stream.write(b"half")
     os.kill(os.getpid(), signal.SIGKILL)
@@ -106,7 +106,7 @@ def killed(tmp_path):
 
 
 def write_together(folder, **files):
-    with replacing_together(folder) as part:
+    with replace_folder(folder) as part:
         for name, content in files.items():
             (part / f"{name}.png").write_text(content)
 
@@ -116,18 +116,18 @@ def test_what_a_killed_process_has_left_goes_with_the_next_that_writes_there(kil
     write_together(killed, mask="whole")
     assert (killed / "mask.png").read_text() == "whole"
     left, = killed.glob("*.part")
-    with replacing(killed / "fit.npz") as stream:
+    with replace_file(killed / "fit.npz") as stream:
         stream.write(b"complete")
     assert left.exists(), "another process may be writing it"
     os.utime(left, (time.time() - 4000,) * 2)
     for other in ("fit.npz.part", "fit2.npz.0123abcd.part", "notes.part"):
         (killed / other).write_text("another's")
         os.utime(killed / other, (time.time() - 4000,) * 2)
-    with replacing(killed / "fit.npz") as stream:
+    with replace_file(killed / "fit.npz") as stream:
         stream.write(b"complete")
     assert sorted(path.name for path in killed.iterdir()) == [
         ".measured_brdf", "fit.npz", "fit.npz.part", "fit2.npz.0123abcd.part", "mask.png", "notes.part"]
-    remove_left(killed)
+    remove_stale_parts(killed)
     assert sorted(path.name for path in killed.glob("*.part")) == ["fit.npz.part", "notes.part"]
 
 
@@ -148,7 +148,7 @@ def test_files_of_an_earlier_time_go_unless_somebody_has_changed_them(tmp_path):
     write_together(folder, one="new")
     assert {path.name: path.read_text() for path in folder.glob("*.png")} == {
         "one.png": "new", "two.png": "painted over", "mine.png": "mine"}
-    with contextlib.suppress(RuntimeError), replacing_together(folder) as part:
+    with contextlib.suppress(RuntimeError), replace_folder(folder) as part:
         (part / "one.png").write_text("half")
         raise RuntimeError
     assert (folder / "one.png").read_text() == "new"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from fitter.least_squares import damped_step, levenberg_marquardt, nonnegative
+from fitter.least_squares import damped_step, levenberg_marquardt, nonnegative_least_squares
 
 
 @pytest.mark.parametrize("unlike", [1.0, 1e-2, 1e-4], ids="columns that differ by {}".format)
@@ -13,7 +13,7 @@ def test_the_least_squares_without_negatives(random, unknowns, unlike):
     matrix = random.standard_normal((300, 30, 1)) + unlike * random.standard_normal((300, 30, unknowns))
     target = random.standard_normal((300, 30))
     transposed = np.swapaxes(matrix, 1, 2)
-    found = nonnegative(transposed @ matrix, (transposed @ target[..., None])[..., 0])
+    found = nonnegative_least_squares(transposed @ matrix, (transposed @ target[..., None])[..., 0])
     for each, columns, wanted in zip(found, matrix, target, strict=True):
         best, residual = scipy.optimize.nnls(columns, wanted)
         assert each.min() >= 0
@@ -22,7 +22,7 @@ def test_the_least_squares_without_negatives(random, unknowns, unlike):
 
 
 def test_of_equal_columns_any_share_will_do():
-    found = nonnegative(np.ones((3, 3)), np.array([2.0, 2.0, 2.0]))
+    found = nonnegative_least_squares(np.ones((3, 3)), np.array([2.0, 2.0, 2.0]))
     assert found.min() >= 0
     assert found.sum() == pytest.approx(2)
 
@@ -31,7 +31,7 @@ def test_no_problem_goes_round_in_circles(random):
     """Changing all wrong unknowns at once does, of about one in two hundred of these."""
     matrix, target = random.standard_normal((2000, 6, 6)), random.standard_normal((2000, 6))
     transposed = np.swapaxes(matrix, 1, 2)
-    found = nonnegative(transposed @ matrix, (transposed @ target[..., None])[..., 0])
+    found = nonnegative_least_squares(transposed @ matrix, (transposed @ target[..., None])[..., 0])
     for each, columns, wanted in zip(found, matrix, target, strict=True):
         assert np.linalg.norm(columns @ each - wanted) < scipy.optimize.nnls(columns, wanted)[1] + 1e-6
 

@@ -6,7 +6,7 @@ import pytest
 from fitter import DatasetError
 from fitter.imaging import studio
 from fitter.imaging.pictures import sphere
-from fitter.library.matching import nearest
+from fitter.library.matching import find_nearest
 from fitter.model import is_isotropic, published
 from support.cases import quick, release
 from support.checkout import measurements
@@ -49,7 +49,7 @@ class Tinted:
     ("copper-satin", "left"), ("specular-blue-phenolic", "right"), ("green-latex", "above"), ("gold-paint", "left"),
     ("yellow-paint", "right")], ("copper-satin", "left")))
 def test_a_material_of_the_library_is_among_the_five_nearest_and_its_window_is_found(name, window, random):
-    found, matches = nearest(photograph(published.find(name).model, window, random))
+    found, matches = find_nearest(photograph(published.find(name).model, window, random))
     assert found == window
     assert matches[0].material.name == name
     assert matches[0].error < 0.3                # the sky is another one
@@ -61,7 +61,8 @@ def test_a_material_of_the_library_is_among_the_five_nearest_and_its_window_is_f
 @release
 def test_what_is_not_in_the_library_is_brought_nearer_by_its_factors(random):
     tint = 0.5, 1.0, 0.4
-    _, matches = nearest(photograph(Tinted(published.find("white-paint").model, tint), "left", random), "left", 200)
+    picture = photograph(Tinted(published.find("white-paint").model, tint), "left", random)
+    _, matches = find_nearest(picture, "left", 200)
     white = next(each for each in matches if each.material.name == "white-paint")
     assert white.adjusted < white.error / 2
     factors = np.array(white.diffuse)
@@ -71,7 +72,7 @@ def test_what_is_not_in_the_library_is_brought_nearer_by_its_factors(random):
 def test_a_ball_of_another_colour_is_answered_by_what_is_like_it_once_it_is_adjusted(random):
     """A blue ball had green plastic for an answer."""
     red, tint = published.find("red-specular-plastic").model, np.array((0.1, 0.5, 8.0))
-    _, matches = nearest(photograph(Tinted(red, tint), "left", random), "left")
+    _, matches = find_nearest(photograph(Tinted(red, tint), "left", random), "left")
     best = matches[0]
     assert best.adjusted < 0.25
     at = 0.3, 0.0, 1.0, 1.5                     # off the highlight: what is diffuse
@@ -84,7 +85,7 @@ def test_a_ball_of_another_colour_is_answered_by_what_is_like_it_once_it_is_adju
     (np.zeros((64, 64, 3)), "dark"), (np.ones((64, 64, 3)), "too bright")])
 def test_a_picture_that_shows_no_ball_is_refused(picture, told):
     with pytest.raises(DatasetError, match=told):
-        nearest(picture)
+        find_nearest(picture)
 
 
 X, Y = np.meshgrid(*[(np.arange(96) + 0.5) * 2 / 96 - 1] * 2)
@@ -104,7 +105,7 @@ NO_BALLS = {
 def test_none_is_near_to_what_shows_no_ball(name, random):
     for _ in range(10):
         with pytest.raises(DatasetError, match="none is near: no outline of a ball"):
-            nearest(NO_BALLS[name](random))
+            find_nearest(NO_BALLS[name](random))
 
 
 def noisy_disc(random):
@@ -119,7 +120,7 @@ def noisy_disc(random):
         ..., None] * np.ones(3)], noisy_disc), ids=["a disc of noise", "checks"])
 def test_none_is_near_to_what_no_material_is_like(picture, random):
     with pytest.raises(DatasetError, match=r"none is near: the nearest, .*, differs by (?!\d%|[1-5]\d%)"):
-        nearest(picture(random), "left")
+        find_nearest(picture(random), "left")
 
 
 @pytest.mark.parametrize("name", ["gray", "chrome"])
@@ -137,7 +138,7 @@ def test_real_balls_have_an_outline(openimageio, name):
         assert _has_outline(read_picture(folder / f"{name}.{number}.png", "srgb").pixels[part]), number
 
 
-ISOTROPIC = [each.name for each in published.offered() if is_isotropic(each.model)]
+ISOTROPIC = [each.name for each in published.list_offered() if is_isotropic(each.model)]
 
 
 @pytest.mark.parametrize("name", ISOTROPIC)
@@ -154,4 +155,4 @@ def test_the_librarys_balls_have_an_outline(name, wall):
 
 def test_an_unknown_window_is_refused():
     with pytest.raises(DatasetError, match="left, right, above, front"):
-        nearest(np.full((64, 64, 3), 0.5), "below")
+        find_nearest(np.full((64, 64, 3), 0.5), "below")

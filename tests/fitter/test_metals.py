@@ -167,7 +167,7 @@ def test_the_fit_of_a_metal_reflects_what_the_formula_does_within_1_percent(name
 
 
 def test_metals_are_offered_by_common_names_with_their_source():
-    offered = {each.name: each for each in published.offered()}
+    offered = {each.name: each for each in published.list_offered()}
     for words, name in (("chrome", "chromium-polished"), ("steel", "stainless-steel-satin"), ("gold", "gold-brushed"),
                         ("aluminum", "aluminium-rough")):
         assert words in f"{offered[name].label} {offered[name].words}".lower()

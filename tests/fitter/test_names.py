@@ -101,7 +101,7 @@ def test_progress_on_a_file_whose_name_is_not_utf_8_is_told(extension, tmp_path)
 
 
 def test_saved_samples_may_have_half_a_character_for_a_name(tmp_path):
-    content = npz.written({"samples": np.array(json.dumps({
+    content = npz.to_bytes({"samples": np.array(json.dumps({
         "format": "measured-brdf-samples", "version": 1, "name": "a\ud800", "source": "", "notes": ["\ud801"],
         "channels": ["grey"], "isotropic": True})), "directions": np.full((4, 5), 0.5, np.float32),
         "values": np.full((5, 1), 0.1, np.float32)})

@@ -36,7 +36,7 @@ def test_other_arrays_are_refused(kind):
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
     path = tmp_path_factory.mktemp("npz") / "saved.npz"
-    path.write_bytes(npz.written(ARRAYS))
+    path.write_bytes(npz.to_bytes(ARRAYS))
     return path
 
 
@@ -51,7 +51,7 @@ def test_any_damaged_header_is_a_value_error_and_of_a_file_a_dataset_error(saved
             damaged[place % len(header)] = byte
         return bytes(damaged)
 
-    content = with_header(npz.written(ARRAYS), change)
+    content = with_header(npz.to_bytes(ARRAYS), change)
     with suppress(ValueError):
         npz.read(content)
     saved.write_bytes(content)

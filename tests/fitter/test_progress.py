@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("fresh")       # what is kept tells no prog
 
 def told_by(work):
     told = []
-    with progress.listening(lambda fraction, doing: told.append((fraction, doing))):
+    with progress.listen(lambda fraction, doing: told.append((fraction, doing))):
         result = work()
     return told, result
 
@@ -98,7 +98,7 @@ def test_whoever_listens_outside_is_told_what_is_overheard():
     inner = []
 
     def work():
-        with progress.part(0.5, 1.0), progress.overheard(lambda fraction, doing: inner.append((fraction, doing))):
+        with progress.part(0.5, 1.0), progress.listen_also(lambda fraction, doing: inner.append((fraction, doing))):
             progress.report(0.5, "half")
 
     told, _ = told_by(work)

@@ -41,7 +41,7 @@ def test_a_ready_fit_is_close_to_the_published_formula_where_it_has_no_samples(n
     assert np.sqrt(np.mean((expected - found) ** 2)) < LARGEST_ERRORS[name] * expected.mean()
 
 
-@pytest.mark.parametrize("name", quick([each.name for each in published.offered()], *OF_ALL_KINDS))
+@pytest.mark.parametrize("name", quick([each.name for each in published.list_offered()], *OF_ALL_KINDS))
 def test_a_ready_fit_reflects_as_much_as_its_model_whichever_way_the_light_goes(name):
     """Each material is sampled with the light the steeper direction: the other half of directions is the fit's own."""
     fit = ready.fit(name)
@@ -104,7 +104,7 @@ def test_a_file_of_another_state_of_the_code_is_refused(made, tmp_path):
 
 def test_metals_that_look_black_are_not_offered():
     """What is reflected of the light that falls straight on the surface: the integral of the formula."""
-    out = {each.name for each in published.materials().values()} - {each.name for each in published.offered()}
+    out = {each.name for each in published.materials().values()} - {each.name for each in published.list_offered()}
     assert len(out) == 11
     assert {"chrome", "steel", "brass", "aluminium"} <= out
     for name in out:

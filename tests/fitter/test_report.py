@@ -19,7 +19,7 @@ def test_a_row_has_the_size_and_the_errors_of_a_fit(glossy):
     assert row["mae"] == pytest.approx(np.abs(values - glossy.values).max())
     cubes = np.cbrt(values * np.cos(theta_o)) - np.cbrt(glossy.values * np.cos(theta_o))
     assert row["cube_root_rmse"] == pytest.approx(np.sqrt((cubes ** 2).mean()))
-    held_out = cross_validation.held_out(glossy, lambda samples: fitter.fit(samples, 4, None))
+    held_out = cross_validation.cross_validate(glossy, lambda samples: fitter.fit(samples, 4, None))
     assert row["held_out_rmse"] == pytest.approx(held_out.rmse)
     assert row["held_out_cube_root_rmse"] == pytest.approx(held_out.cube_root_rmse)
 

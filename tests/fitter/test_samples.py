@@ -15,8 +15,8 @@ from fitter.samples import (
     NO_SYMMETRY,
     SYMMETRIES,
     Rotations,
+    apply_symmetry,
     choice,
-    repeated,
     rotations,
     subset,
 )
@@ -45,7 +45,7 @@ def naive(samples, symmetry):
 @pytest.mark.parametrize("rotations", [range(0, 91, 30), range(0, 181, 45), [10, 40]])
 def test_what_a_symmetry_adds_is_what_a_loop_adds(symmetry, rotations):
     samples = measured(instruments.grid([10, 20, 50], rotations, [15, 30, 60], range(0, 360, 60)))
-    repetition = repeated(samples, symmetry)
+    repetition = apply_symmetry(samples, symmetry)
     expected = naive(samples, symmetry)
     seen = naive(repetition, NO_SYMMETRY)
     assert seen.keys() == expected.keys()
@@ -57,15 +57,15 @@ def test_what_a_symmetry_adds_is_what_a_loop_adds(symmetry, rotations):
 
 def test_the_normal_has_no_azimuth():
     samples = measured(instruments.grid([0], [0, 50], [0, 30], [0, 40]))
-    assert len(repeated(samples, "half_turn")) == 2 * 2 * 2 + 4          # nothing new where both are the normal
-    assert naive(repeated(samples, "mirror"), NO_SYMMETRY).keys() == naive(samples, MIRROR).keys()
+    assert len(apply_symmetry(samples, "half_turn")) == 2 * 2 * 2 + 4          # nothing new where both are the normal
+    assert naive(apply_symmetry(samples, "mirror"), NO_SYMMETRY).keys() == naive(samples, MIRROR).keys()
 
 
 @pytest.mark.parametrize(("symmetry", "rotations"), [(HALF_TURN, range(0, 180, 20)), (MIRROR, range(0, 181, 20)),
                                                      (HALF_TURN_AND_MIRROR, range(0, 91, 15))])
 def test_a_material_of_this_symmetry_has_the_values_that_it_adds(symmetry, rotations):
     samples = measured(instruments.grid([15, 45], rotations, [10, 40, 70], range(5, 360, 50)))
-    repetition = repeated(samples, symmetry)
+    repetition = apply_symmetry(samples, symmetry)
     assert len(repetition) > 1.7 * len(samples)
     np.testing.assert_allclose(repetition.values, instruments.ggx()(*repetition.directions), rtol=1e-9)
     shown = symmetry.replace("_", " ")
@@ -74,15 +74,15 @@ def test_a_material_of_this_symmetry_has_the_values_that_it_adds(symmetry, rotat
 
 def test_none_adds_nothing_and_other_words_are_refused():
     samples = measured(instruments.grid([15], [0], [10], [0]))
-    assert repeated(samples, "none") is samples
+    assert apply_symmetry(samples, "none") is samples
     with pytest.raises(DatasetError, match="symmetry 'rotation' found, expected none, half_turn, mirror"):
-        repeated(samples, "rotation")
+        apply_symmetry(samples, "rotation")
 
 
 def test_deviations_and_saturated_ones_go_with_their_samples():
     samples = replace(measured(instruments.grid([15], [0, 30], [10, 20], [50])), deviation=[0.1, 0.2, 0.3, 0.4],
                       saturated=[True, False, False, True])
-    repetition = repeated(samples, "half_turn")
+    repetition = apply_symmetry(samples, "half_turn")
     np.testing.assert_array_equal(repetition.deviation, [0.1, 0.2, 0.3, 0.4] * 2)
     np.testing.assert_array_equal(repetition.saturated, [True, False, False, True] * 2)
     np.testing.assert_array_equal(subset(samples, slice(2, None)).saturated, [False, True])
@@ -106,7 +106,7 @@ def test_more_samples_than_memory_should_hold_are_refused():
     angle = np.full(count, 0.5)
     samples = fitter.Samples(angle, angle, angle, angle, np.ones((count, 1)))
     with pytest.raises(DatasetError, match=r"1,000,001 samples, which the symmetry 'half_turn_and_mirror' makes 4,0"):
-        repeated(samples, "half_turn_and_mirror")
+        apply_symmetry(samples, "half_turn_and_mirror")
 
 
 def test_the_range_of_rotations_is_the_complement_of_the_widest_gap():

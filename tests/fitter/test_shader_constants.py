@@ -51,7 +51,7 @@ def test_all_of_them_are_baked_once(glossy):
 def test_all_closures_of_a_point_fit_into_the_pool_of_a_gpu():
     """Cycles on OptiX has a fixed number of bytes for them, and does not check its end (docs/devices.md)."""
     pool, ramp, microfacet, total, product = 1024, 128, 64, 24, 24
-    ramps = shader_constants.FRUGAL_LOBES + 1               # of lamps, and the remainder
+    ramps = shader_constants.CLOSURE_LIMITED_LOBES + 1               # of lamps, and the remainder
     closures = 1 + CYCLES.lobes + ramps
     needed = (1 + CYCLES.lobes) * microfacet + ramps * ramp + (closures - 1) * total
     mix_shader = 2 * product + total        # a user's, besides what is mixed in

@@ -58,8 +58,9 @@ def test_a_polished_metal_shows_the_window():
     assert picture[72, 48, 0] > picture[58, 48, 0]          # light from below
 
 
-@pytest.mark.parametrize("name", quick([each.name for each in published.offered()], "gold-polished", "silver-rough",
-                                       "white-paint", "black-obsidian", "dark-blue-paint", "red-fabric"))
+@pytest.mark.parametrize("name", quick([each.name for each in published.list_offered()], "gold-polished",
+                                       "silver-rough", "white-paint", "black-obsidian", "dark-blue-paint",
+                                       "red-fabric"))
 def test_pictures_of_the_library_are_neither_black_nor_white(name):
     """The mean of the displayed values within the sphere."""
     picture = thumbnail(published.find(name), 48)

@@ -20,7 +20,7 @@ PHOTONS = {"marble": 250_000, "skim-milk": 250_000, "skin-1": 150_000, "ketchup"
 
 
 def below(name):
-    return published.find(name).model.below
+    return published.find(name).model.subsurface
 
 
 @pytest.mark.parametrize("name", quick(PHOTONS, "skin-1"))
@@ -34,17 +34,17 @@ def test_what_leaves_and_how_far_from_where_it_entered_is_as_photons_have_it(nam
 @pytest.mark.parametrize("scattered", [0.3, 0.9])
 def test_the_albedos_are_those_of_photons(scattered, index):
     found = photons.radii(scattered, index, 100_000)[1].sum()
-    assert subsurface.reflected(scattered, index) == pytest.approx(found, rel=0.02)
+    assert subsurface.multiple_scattering_albedo(scattered, index) == pytest.approx(found, rel=0.02)
     found = photons.cycles_radii(scattered, index, 100_000)[1].sum()
-    assert subsurface.walked(scattered, index) == pytest.approx(found, rel=0.02)
+    assert subsurface.walk_albedo(scattered, index) == pytest.approx(found, rel=0.02)
 
 
 def test_walks_that_end_too_early_are_darker_and_a_diffuse_surface_has_the_rest():
     found = photons.cycles_radii(0.999999, 1.14, 20_000)[1].sum()
-    assert subsurface.walked(0.999999, 1.14) == pytest.approx(found, rel=0.01)
+    assert subsurface.walk_albedo(0.999999, 1.14) == pytest.approx(found, rel=0.01)
     assert found < 0.93
     walk = below("spectralon").walk
-    np.testing.assert_allclose(walk.rest + subsurface.walked(0.999999, walk.entry), 1, atol=1e-9)
+    np.testing.assert_allclose(walk.rest + subsurface.walk_albedo(0.999999, walk.entry), 1, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
@@ -72,7 +72,7 @@ def test_a_fit_is_its_model_and_comes_back_whole(tmp_path):
     assert back.to_bytes() == made.to_bytes()
     np.testing.assert_array_equal(back.evaluate(*at), made.evaluate(*at))
     redder = fitter.edited(made, diffuse=[1, 0.5, 0.5])
-    np.testing.assert_allclose(redder.below.albedo, made.subsurface.albedo * (1, 0.5, 0.5))
+    np.testing.assert_allclose(redder.edited_subsurface.albedo, made.subsurface.albedo * (1, 0.5, 0.5))
     wide = fitter.load("published:skin-1", colours="ACEScg")
     found = fitter.fit(wide, **fitter.PRESETS["Draft"]).evaluate(*at)
     np.testing.assert_allclose(found, wide.subsurface.diffuse(0.4, at[2]), atol=0.05)
@@ -80,7 +80,7 @@ def test_a_fit_is_its_model_and_comes_back_whole(tmp_path):
 
 def test_a_material_is_described_by_a_name():
     """As coefficients, and as an albedo and a mean free path."""
-    marble = published.find("marble").model.below
+    marble = published.find("marble").model.subsurface
     name = "translucent; scattering 2.19 2.62 3; absorption .0021, .0041, .0071; index 1.5; name My marble"
     samples = fitter.load(f"published:{name}")
     assert samples.name == "My marble"

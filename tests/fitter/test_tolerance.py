@@ -39,7 +39,7 @@ def test_a_smaller_tolerance_costs_more(curet):
 def test_by_held_out_samples(curet):
     samples = curet("plaster a")
     fit = fitter.fit_within(samples, 0.01, held_out=True)
-    again = fitter.quality.cross_validation.held_out(samples, lambda seen: fitter.fit(
+    again = fitter.quality.cross_validation.cross_validate(samples, lambda seen: fitter.fit(
         seen, fit.diffuse_level, fit.specular_level, fit.compression, "kriging"))
     assert again.rmse <= 0.01
 

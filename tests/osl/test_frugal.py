@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.shader_constants import FRUGAL_LOBES
+from fitter.shader_constants import CLOSURE_LIMITED_LOBES
 from support.anisotropic import brushed_fit
 from support.cases import quick, release
 from support.osl_probe import probe_osl
@@ -129,7 +129,7 @@ def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fi
       for (int i = 0; i < lamps.count; i++) {{
         times[i] = has_lobe(lamps, i);
       }}
-      if (lamps.count > most_lobes({frugal})) {{
+      if (lamps.count > max_light_lobes({frugal})) {{
         sample_lobes(lamps, {frugal}, point(0.37 * pixel, 0.0, 1.0), times);
       }}
       out = 0;
@@ -180,7 +180,7 @@ def test_the_closures_of_a_material_fit_where_few_do(blender, fits, name):
     bytecode = bytecode_of(brushed_fit() if name == "brushed" else fits[name])
     strings = dict(re.findall(r'^const\s+string\s+(\S+)\s+"(\w+)"', bytecode, re.MULTILINE))
     kinds = [strings[name] for name in re.findall(r"^\s+closure\s+\S+ (\S+)", bytecode, re.MULTILINE)]
-    assert FRUGAL_LOBES == 1
+    assert CLOSURE_LIMITED_LOBES == 1
     assert kinds.count("phong_ramp") == 2, "a lobe and a sampled direction"
     total = sum(BYTES[kind] for kind in kinds) + SUM * (len(kinds) - 1)
     print(f"{name}: {', '.join(kinds)}: {total} bytes")

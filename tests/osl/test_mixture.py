@@ -42,7 +42,7 @@ def probe(blender):
     return lambda mixture, code, count, **tables: probe_osl(fit, code, count, mixture=mixture, **tables)
 
 
-def mixture_of(name, curet, cornell):
+def interpolate_mixture(name, curet, cornell):
     """In the frame of the shader, whose x is the first principal axis."""
     made = MIXTURES[name](curet, cornell)
     return made if made.turn is None else made._replace(turn=0.0)
@@ -69,7 +69,7 @@ def anywhere(random, count):
 
 @pytest.mark.parametrize("name", quick(MIXTURES, *MADE, "krylon", "brushed"))
 def test_the_mixture_and_the_density_of_directions_are_those_of_numpy(probe, curet, cornell, random, name):
-    mixture = mixture_of(name, curet, cornell)
+    mixture = interpolate_mixture(name, curet, cornell)
     wo = viewers(mixture)
     wi = anywhere(random, PER_VIEW * len(wo)).reshape(len(wo), PER_VIEW, 3)
     near = slice(0, PER_VIEW // 2)          # near the mirror direction, where lobes are narrow
@@ -79,7 +79,7 @@ def test_the_mixture_and_the_density_of_directions_are_those_of_numpy(probe, cur
       vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);
       vector wo = vector(WO[3 * pixel], WO[3 * pixel + 1], WO[3 * pixel + 2]);
       Mixture mixture;
-      mixture_of(MIXTURE, wo, 0, mixture);
+      interpolate_mixture(MIXTURE, wo, 0, mixture);
       float density;
       color value = eval_mixture(mixture, wi, density);"""
     count = PER_VIEW * len(wo)
@@ -102,7 +102,7 @@ def test_the_mixture_and_the_density_of_directions_are_those_of_numpy(probe, cur
     (MADE[0], 3), (MADE[1], 5), ("krylon", 5), ("brushed", 3)))
 def test_sampled_directions_follow_their_density(probe, curet, cornell, name, view):
     """Monte Carlo integrals over the hemisphere, against known ones."""
-    mixture = mixture_of(name, curet, cornell)
+    mixture = interpolate_mixture(name, curet, cornell)
     wo = viewers(mixture)[view]
     count = 90_000
     drawn = sampled(probe, mixture, wo, count)
@@ -122,14 +122,14 @@ def sampled(probe, mixture, wo, count):
     """Directions that the shader samples: (count, 3)."""
     return probe(mixture, f"""
       Mixture mixture;
-      mixture_of(MIXTURE, vector({wo[0]}, {wo[1]}, {wo[2]}), 0, mixture);
+      interpolate_mixture(MIXTURE, vector({wo[0]}, {wo[1]}, {wo[2]}), 0, mixture);
       out = sample_mixture(mixture, point(pixel, 0.5, 0.25)) + 1.0;""", count) - 1
 
 
 @pytest.mark.parametrize(("name", "view"), quick(
     [(name, view) for name in MADE for view in range(len(ANGLES))], (MADE[0], 2), (MADE[1], 6)))
 def test_each_part_of_the_hemisphere_is_sampled_as_often_as_its_density_says(probe, name, view):
-    mixture = mixture_of(name, None, None)
+    mixture = interpolate_mixture(name, None, None)
     wo = viewers(mixture)[view]
     count, bands, sectors, fine = 90_000, 6, 8, 60
     x, y, z = sampled(probe, mixture, wo, count).astype(float).T
@@ -163,7 +163,7 @@ shader closures(output closure color Result = 0)
   frame.z = vector(0.0, 0.0, 1.0);
   frame.wo = I;
   Mixture mixture;
-  mixture_of(MIXTURE, I, 0, mixture);
+  interpolate_mixture(MIXTURE, I, 0, mixture);
   Result = mixture_closures(mixture, frame, color(1.0));
 }
 """
@@ -174,7 +174,7 @@ shader closures(output closure color Result = 0)
 @pytest.mark.parametrize("name", MADE)
 def test_cycles_makes_of_the_closures_what_is_evaluated(probe, name, angle, toward):
     """A plane under a sun."""
-    mixture = mixture_of(name, None, None)
+    mixture = interpolate_mixture(name, None, None)
     scene = black_scene(8, 8, 16, span=0.1)
     scene.cycles.max_bounces = 0
     scene.camera.location, scene.camera.rotation_euler = (10 * np.sin(angle), 0, 10 * np.cos(angle)), (0, angle, 0)

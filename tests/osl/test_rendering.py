@@ -168,7 +168,7 @@ STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.
 
 
 def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
-    """Lobes remain where no lamp is any more: the sampled remainder corrects them."""
+    """Lobes remain where no lamp is any more: the sampled residual corrects them."""
     lamps = extension.addon.core.lamps
     means = []
     for stale in ([], STALE):
@@ -290,7 +290,7 @@ def test_a_mixture_above_the_fit_is_not_seen_where_the_shader_is_exact(blender):
     colour[:, 0] = albedo * [4, 1, 1]
     less = np.zeros_like(colour)
     less[:, 0] = 0.8 * albedo
-    mixture = mixture._replace(colour=colour, sampling=mixture.sampling._replace(below=less))
+    mixture = mixture._replace(colour=colour, sampling=mixture.sampling._replace(lower_colours=less))
     scene = black_scene(16, 16, 16, span=0.1)
     scene.cycles.max_bounces = 0
     bpy.ops.mesh.primitive_plane_add(size=4)

@@ -104,7 +104,7 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
     if isinstance(fit.transform, LogRelative):
         # rounding of the coordinates is an error relative to f + offset, as large as the field is steep, and steepest
         # at cayman's peak of 600 / sr and chrome's
-        size, grey = expected, fit.transform.grey
+        size, grey = expected, fit.transform.desaturation
         if grey:        # one of the mean of the channels, which is undone
             size = np.maximum(expected, expected.mean(axis=1)[:, None]) / (1 - grey)
         bound += (4e-4 if name.startswith(("cayman", "chrome")) else 3e-5) * (size + fit.transform.offset)
@@ -204,7 +204,7 @@ def test_a_lobe_is_flat_over_its_lamp_in_the_mean(probe, curet, radius):
       vector across = normalize(cross(axis, vector(0.0, 0.0, 1.0))), up = cross(axis, across);
       float angle = {edge} * sqrt((pixel % 200 + 0.5) / 200.0), turn = (pixel / 200 + 0.5) * (M_2PI / 200.0);
       vector w = normalize(axis + tan(angle) * (cos(turn) * across + sin(turn) * up));
-      LampLobes lobes;
+      LightLobes lobes;
       lobes.axis[0] = axis; lobes.exponent[0] = lobe_exponent({radius}); lobes.height[0] = 1.0; lobes.count = 1;
       out = eval_lobes(FLAT_RAMP, lobes, wo, w);
       out[1] = lobe_falloff(axis, lobes.exponent[0], w);"""
@@ -218,7 +218,7 @@ def test_what_a_lobe_reflects_is_what_its_height_is_bounded_by(probe, curet):
     """LOBE_SOLID_ANGLE over the exponent, to 10 %, by a sum over rings."""
     fit = fitter.fit(curet("felt"), 2, None)
     code = """
-      LampLobes lobes;
+      LightLobes lobes;
       vector up = vector(0.0, 0.0, 1.0);
       lobes.axis[0] = up; lobes.exponent[0] = lobe_exponent(0.05); lobes.height[0] = 1.0; lobes.count = 1;
       float angle = (pixel + 0.5) * 0.0002;

@@ -76,8 +76,8 @@ def plane(fit, samples, normal=None, size=8, make=osl_material_for):
 def material_of_what_is_left(fit):
     """A material whose mixture shows nothing where the shader is exact: lobes and sampled directions carry the fit."""
     mixture = cycles_mixture(fit)
-    below = np.zeros_like(mixture.sampling.below)
-    sampling = mixture.sampling._replace(below=below, balance=np.ones_like(mixture.sampling.balance))
+    below = np.zeros_like(mixture.sampling.lower_colours)
+    sampling = mixture.sampling._replace(lower_colours=below, balance=np.ones_like(mixture.sampling.balance))
     mixture = mixture._replace(sampling=sampling)
     return material_for(fit, Nodes(mixture, mixture))
 
@@ -293,7 +293,7 @@ def test_beside_a_lamp_the_rest_of_the_world_gives_all_of_its_light(blender, foi
 
 
 def test_a_small_lamp_is_not_drawn_at_as_well(blender, foil):
-    """The remainder is 0 there: it would add nothing in the mean, and fireflies to a picture."""
+    """The residual is 0 there: it would add nothing in the mean, and fireflies to a picture."""
     pictures = []
     for seed in (1, 2):
         scene = black_scene(96, 96, 16, span=2)
@@ -351,10 +351,10 @@ def test_a_lobe_stands_at_lamps_whose_middle_is_seen_and_that_are_not_wide(probe
 
 def test_directions_are_sampled_about_lamps_only_where_one_of_them_is_large(probe, foil):
     share = """Mixture mixture;
-      mixture_of(MIXTURE, vector(0.6, 0.0, 0.8), 1, mixture);
-      RemainderPlan all = plan_remainder(mixture, lamps, point(0.5));
+      interpolate_mixture(MIXTURE, vector(0.6, 0.0, 0.8), 1, mixture);
+      ResidualPlan all = plan_residual(mixture, lamps, point(0.5));
       lamps.count = 0;
-      RemainderPlan none = plan_remainder(mixture, lamps, point(0.5));
+      ResidualPlan none = plan_residual(mixture, lamps, point(0.5));
       out = color(all.toward_lamp, none.toward_lamp, 0.0);"""
     up = leaning(0)
     small, large = (probe(foil, LAMPS + share, 1, **lamps_of((up, 0.0), (up, radius), (leaning(50), 0.004)))[0]
@@ -387,7 +387,7 @@ def test_the_light_of_a_lamp_on_the_horizon_is_about_its_irradiance(probe, foil)
 
 def test_the_lobe_of_a_small_lamp_covers_its_disk_and_not_what_is_beside_it(probe, foil):
     angles = np.array([0.0, 0.004, 0.01, 0.04, 0.1, 1.0])
-    code = LAMPS + "if (pixel < 6) { out = covered_by_lobe(lamps, vector(sin(ANGLE[pixel]), 0.0, cos(ANGLE[pixel]))); }"
+    code = LAMPS + "if (pixel < 6) { out = lobe_covers(lamps, vector(sin(ANGLE[pixel]), 0.0, cos(ANGLE[pixel]))); }"
     lamps = [(leaning(0), 0.004), (leaning(0), 0.3), (leaning(100), 0.3)]
     np.testing.assert_array_equal(probe(foil, code, 6, ANGLE=angles, **lamps_of(*lamps))[:, 0], [1, 1, 1, 0, 0, 0])
 
@@ -395,15 +395,15 @@ def test_the_lobe_of_a_small_lamp_covers_its_disk_and_not_what_is_beside_it(prob
 def test_the_lobe_of_a_small_lamp_is_as_high_as_what_is_left_there(probe, foil):
     """Its axis is beside the lamp, which shows where the half vector leans."""
     code = LAMPS + """
-      LampLobes lobes;
+      LightLobes lobes;
       Evaluated all;
       Mixture mixture;
       float times[MAX_LAMPS];
-      mixture_of(MIXTURE, normalize(vector(0.995, 0.0, 0.1)), 1, mixture);
+      interpolate_mixture(MIXTURE, normalize(vector(0.995, 0.0, 0.1)), 1, mixture);
       for (int i = 0; i < 3; i++) {
-        all.direction[i] = lamps.direction[i]; all.needed[i] = i == 0; times[i] = 1.0; all.left[i] = 1.0;
+        all.direction[i] = lamps.direction[i]; all.needed[i] = i == 0; times[i] = 1.0; all.residual[i] = 1.0;
       }
-      fit_lamp_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
+      fit_light_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
       vector l = lamps.direction[0];
       vector axis = lobes.axis[0], half = mixture.wo + axis;
       out = eval_lobes(FLAT_RAMP, lobes, mixture.wo, l);
@@ -418,7 +418,7 @@ def test_a_lobe_is_as_high_beyond_its_last_knot_and_nothing_behind_it(probe, foi
     """Cosines round to more than 1, and a ramp has no knot there: what follows it in memory is not read."""
     ramp = np.array([1.0] * KNOTS + [1e9])
     code = """
-      LampLobes lobes;
+      LightLobes lobes;
       lobes.count = 1; lobes.axis[0] = vector(0.0, 0.0, 1.0); lobes.exponent[0] = 4.0; lobes.height[0] = 1.0;
       color ahead = eval_lobes(RAMP, lobes, vector(0.0, 0.0, 1.0), vector(0.0, 0.0, 1.000001));
       color behind = eval_lobes(RAMP, lobes, vector(0.0, 0.8, 0.6), vector(0.0, 0.6, -0.8));
@@ -428,11 +428,11 @@ def test_a_lobe_is_as_high_beyond_its_last_knot_and_nothing_behind_it(probe, foi
 
 def test_only_lobes_that_were_taken_are_left(probe, foil):
     """Of others the height was needed."""
-    code = """LampLobes lobes;
+    code = """LightLobes lobes;
       lobes.count = 4;
       for (int i = 0; i < 4; i++) { lobes.axis[i] = vector(0.0, 0.0, 1.0); lobes.exponent[i] = 1.0;
         lobes.height[i] = i; lobes.times[i] = 3.0 * (i % 2); }
-      keep_taken(lobes);
+      keep_sampled_lobes(lobes);
       out = color(lobes.count, lobes.height[0][0], lobes.height[1][0]);"""
     np.testing.assert_array_equal(probe(foil, code, 1)[0], [2, 3, 9])
 
@@ -440,9 +440,10 @@ def test_only_lobes_that_were_taken_are_left(probe, foil):
 def test_the_last_coordinate_is_in_the_last_cell_and_the_last_view_between_the_last_stops(probe, foil):
     """A coordinate of 1 for an odd number of cells, what rounds beyond it for an even one; a view at the horizon."""
     code = """float w[4], odd[4];
-      int stop;
-      float t = stop_of(vector(1.0, 0.0, 0.0), stop);
-      out = color(locate_cell(1.0000001, 16, w) + w[3], locate_cell(1.0, 17, odd) + odd[3], 10 * (STOPS - stop) + t);"""
+      int knot;
+      float t = locate_polar_knot(vector(1.0, 0.0, 0.0), knot);
+      out = color(locate_cell(1.0000001, 16, w) + w[3], locate_cell(1.0, 17, odd) + odd[3],
+                  10 * (POLAR_KNOTS - knot) + t);"""
     np.testing.assert_allclose(probe(foil, code, 1)[0], [7 + 1 / 6, 8 + 1 / 6, 21], rtol=1e-5)
 
 

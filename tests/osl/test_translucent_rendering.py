@@ -9,7 +9,7 @@ import pytest
 from fitter.library import ready
 from fitter.model import published
 from fitter.optics.fresnel import fresnel
-from fitter.optics.subsurface import scattered_of_color
+from fitter.optics.subsurface import color_to_single_scattering
 from fitter.quality.physics import directional_albedo
 from support import photons
 from support.stage import (
@@ -82,7 +82,7 @@ def test_light_goes_beyond_a_sharp_edge_as_far_as_photons_do(skin, scale):
     x = ((np.arange(width) + 0.5) / width - 0.5) * 12
     walk, through = skin.nodes.walk, 1 - fresnel(skin.fit.subsurface.index, np.ones(1))[0]
     for channel in range(3):
-        scattered = scattered_of_color(walk.color[channel])
+        scattered = color_to_single_scattering(walk.color[channel])
         distance, weight = photons.straight_radii(scattered, 200_000)
         length = walk.radius[channel] / (4 * math.pi) * 1e-3 / scale
         beyond = np.array([(weight * photons.share_beyond(distance * length, each)).sum() for each in x])

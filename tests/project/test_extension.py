@@ -148,7 +148,7 @@ def test_the_library_in_the_package_holds_its_fits_and_no_compiled_shader(blende
         file.extract("starter_library/starter.blend", tmp_path)
         written = json.loads(file.read("starter_library/version.json"))["blender"]
     fits = {name for name in names if name.startswith("starter_library/fits/")}
-    assert fits <= {f"starter_library/fits/{each.name}.npz" for each in published.offered()}
+    assert fits <= {f"starter_library/fits/{each.name}.npz" for each in published.list_offered()}
     assert names - fits == {f"starter_library/{name}" for name in ("starter.blend", "version.json",
                                                                    "blender_assets.cats.txt")}
     if tuple(written) > blender.app.version[:2]:

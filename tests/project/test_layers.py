@@ -1,6 +1,7 @@
-"""Imports go downward: the packages of `fitter` and of `addon` in layers, read from their sources."""
+"""Imports go downward: the packages of `fitter` and `addon` in layers, and the headers of `osl`, read from sources."""
 
 import ast
+import re
 
 import pytest
 
@@ -107,6 +108,33 @@ def test_modules_import_only_lower_layers():
     assert {path: imported for path, imported in wrong.items() if imported} == {}
 
 
+def cycles(imported):
+    """The modules that import themselves by way of others, for types too, of {module: modules that it imports}."""
+    reached = {module: set(each) for module, each in imported.items()}
+    for _ in imported:      # paths grow by one import each time
+        reached = {module: each.union(*(reached[other] for other in each)) for module, each in reached.items()}
+    return [module for module in imported if module in reached[module]]
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    modules = {path.removesuffix(".py").removesuffix("/__init__"): path for path in SOURCES}
+    for package in ("fitter", "addon"):
+        known = {module for module in modules if module.startswith(f"{package}/")}
+        imported = {}
+        for module in known:
+            names = imports(modules[module], (ROOT / modules[module]).read_text("utf-8"))
+            found = {"/".join(each) if "/".join(each) in known else "/".join(each[:-1]) for each in names}
+            imported[module] = (found & known) - {module}
+        assert sum(map(len, imported.values())) > 200
+        assert cycles(imported) == []
+
+
+def test_a_cycle_of_imports_is_noticed():
+    assert cycles({"fit": {"fit_file", "edit"}, "fit_file": {"npz"}, "edit": set(), "npz": {"fit"}}) == [
+        "fit", "fit_file", "npz"]
+    assert cycles({"fit": {"fit_file"}, "fit_file": set()}) == []
+
+
 def test_every_file_and_folder_has_a_layer():
     for package, layers in LAYERS.items():
         found = {item.stem for item in (ROOT / package).iterdir()
@@ -135,6 +163,39 @@ def test_what_is_shared_is_imported_from_support():
                                       "discovery", "job", "recent", "shared", "tasks", "worker"))])
 def test_what_worker_processes_import_does_not_need_blender(path):
     assert "bpy" not in {module[0] for module in imports(path, (ROOT / path).read_text("utf-8"))}
+
+
+def header_faults(headers):
+    """Of headers, {name: text}: what includes back, and names of others that are used and not included."""
+    code = {name: re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for name, text in headers.items()}
+    direct = {name: [each for each in re.findall(r'#include "(\w+\.h)"', text) if each in headers]
+              for name, text in code.items()}
+    includes = {name: set(each) for name, each in direct.items()}
+    for _ in headers:       # paths grow by one include each time
+        includes = {name: each.union(*(includes[other] for other in each)) for name, each in includes.items()}
+    defines = {name: set(re.findall(r"^(?:# *define |struct |(?:closure )?\w+ (?=\w+\())(\w+)", text, re.MULTILINE))
+               for name, text in code.items()}
+    faults = [f"{name} includes itself" for name in headers if name in includes[name]]
+    for name, text in code.items():
+        words = set(re.findall(r"\w+", re.sub(r"#include.*", "", text))) - defines[name]
+        faults += [f"{name} uses {word} of {other}" for other in sorted(headers.keys() - includes[name] - {name})
+                   for word in sorted(words & defines[other])]
+    return faults
+
+
+def test_headers_of_the_shader_include_what_they_use_and_none_includes_back():
+    assert header_faults({path.name: path.read_text("utf-8") for path in (ROOT / "osl").iterdir()}) == []
+
+
+@pytest.mark.parametrize(("headers", "faults"), [
+    ({"a.h": "float a()\n", "b.h": '#include "a.h"\nfloat b() { a(); }'}, []),
+    ({"a.h": "#define A 1\n", "b.h": "float b() { return A; }"}, ["b.h uses A of a.h"]),
+    ({"a.h": "struct A {\n", "b.h": '#include "a.h"\n', "c.h": '#include "b.h"\nfloat c(A one)'}, []),
+    ({"a.h": '#include "b.h"\n', "b.h": '#include "a.h"\n'}, ["a.h includes itself", "b.h includes itself"]),
+    ({"a.h": "float a()\n", "b.h": "/* as a() */"}, []),
+])
+def test_a_header_that_includes_too_little_or_itself_is_noticed(headers, faults):
+    assert header_faults(headers) == faults
 
 
 @pytest.mark.parametrize(("path", "source", "wrong"), [

@@ -167,7 +167,7 @@ def count(number):
 NUMBERS = (
     ("docs/rendering.md", r"hands the shader up to (\d+) lamps", shader.MAX_LAMPS),
     ("docs/rendering.md", r"Of more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
-    ("docs/rendering.md", r"numbers for each of (\d+) polar angles", direction_grid.VIEWS),
+    ("docs/rendering.md", r"numbers for each of (\d+) polar angles", direction_grid.OUTGOING_COUNT),
     ("docs/rendering.md", r"and up to\s+(\w+) others, of `diffuse`", {6: "six"}.get(node_mixture.CYCLES.lobes)),
     ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
     ("docs/fitting.md", r"softening radius of ([\d.]+)", SOFTENING),

@@ -1,6 +1,6 @@
 """The scene's lamps, of which the measured materials know.
 
-The shader puts a lobe at each lamp (`osl/lamp_lobes.h`). Lobes, mixture and sampled directions always sum to the
+The shader puts a lobe at each lamp (`osl/light_lobes.h`). Lobes, mixture and sampled directions always sum to the
 measured reflectance. So a lamp that is missing here, or is listed but not visible, costs noise only. The exception is a
 lamp without a size, which no sampled direction can hit: until it is listed here, it shows the mixture's value.
 

@@ -11,8 +11,8 @@ import bpy
 
 from ....fitter.arrays import SingleArray
 from ....fitter.errors import DatasetError, printable
-from ....fitter.model.published import find, name_in
-from ....fitter.storage.files import locked, replacing
+from ....fitter.model.published import find, parse_virtual_path
+from ....fitter.storage.files import hold_lock, replace_file
 from ..annotations import not_none
 from ..blender import previews
 
@@ -39,7 +39,7 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
     data = not_none(material.asset_data)
     data.description = describe(settings)
     data.catalog_id = str(catalogue_id())
-    published = name_in(settings.filepath)
+    published = parse_virtual_path(settings.filepath)
     for tag in ("mix", "BRDF") if not settings.coefficients else (
             "measured", "BRDF", settings.preset, printable(Path(settings.filepath).stem)) if published is None else (
             "published fit", "BRDF", settings.preset, published):
@@ -52,7 +52,7 @@ def describe(settings: Any) -> str:
     """The default description of an asset, from the settings of its material."""
     if not settings.coefficients:
         return f"{settings.id_data.name}: a mix of measured reflectance"
-    published = name_in(settings.filepath)
+    published = parse_virtual_path(settings.filepath)
     what = "measured reflectance"
     if published is not None:
         try:
@@ -118,13 +118,13 @@ def inherit(material: bpy.types.Material, old: bpy.types.Material) -> None:
 def write_catalogue(folder: Path, names: Sequence[str] = (CATALOGUE,)) -> None:
     """Add catalogues to a folder's file of catalogues; the others stay."""
     path = Path(folder) / _CATALOGUES
-    with locked(path, wait=True):
+    with hold_lock(path, wait=True):
         text = path.read_bytes() if path.is_file() else b""        # undecoded: its encoding is unknown
         lines = [f"{catalogue_id(name)}:{name}:{name.replace('/', '-')}\n" for name in names
                  if text.find(str(catalogue_id(name)).encode()) < 0]
         if lines:
             header = b"" if text.find(b"VERSION") >= 0 else _HEADER.encode()
-            with replacing(path) as stream:
+            with replace_file(path) as stream:
                 stream.write(header + text.rstrip() + b"\n\n" + "".join(lines).encode())
 
 

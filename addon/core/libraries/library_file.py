@@ -16,7 +16,7 @@ from pathlib import Path
 
 import bpy
 
-from ....fitter.storage.files import locked
+from ....fitter.storage.files import hold_lock
 from .. import lamps, versions
 from ..shading import material as materials
 from . import assets
@@ -95,7 +95,7 @@ def writing(path: str | Path, force: bool) -> Iterator[None]:
     if path.suffix != ".blend":
         raise LibraryError(f"{path}: expected a name that ends in .blend")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with locked(path):
+    with hold_lock(path):
         reason = refusal(path)
         if reason and (not force or not path.is_file()):
             raise LibraryError(f"{reason}. Choose another name" + (

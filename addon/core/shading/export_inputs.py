@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 import numpy as np
 
-from ....fitter.colours import DEFAULT, conversion, linear_of_srgb, luminance
+from ....fitter.colours import DEFAULT, conversion, decode_srgb, luminance
 from ....fitter.imaging.pictures import srgb
 from ..annotations import not_none
 from ..blender.previews import picture_of
@@ -100,7 +100,7 @@ def linear_colours(image: bpy.types.Image, stored: FloatArray) -> FloatArray:
     """The values of an image's texels, (..., 3), as renderers take them: linear, in the open file's colour space."""
     if image.is_float or image.colorspace_settings.name != "sRGB":
         return stored
-    return np.asarray(linear_of_srgb(stored) @ conversion(DEFAULT, scene_colours() or DEFAULT).T)
+    return np.asarray(decode_srgb(stored) @ conversion(DEFAULT, scene_colours() or DEFAULT).T)
 
 
 def stored_colours(linear: FloatArray) -> FloatArray:

@@ -42,7 +42,8 @@ class Data(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A fit, its errors at its samples, the time it took, and its `verdict.steps` at samples that it had not seen."""
+    """A fit, its errors at its samples, the time it took, and its `verdict.lightness_error` at samples that it had
+    not seen."""
 
     fit: Fit
     errors: ErrorMetrics

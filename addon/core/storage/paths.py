@@ -15,7 +15,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ....fitter.formats import is_there
-from ....fitter.model.published import name_in
+from ....fitter.model.published import parse_virtual_path
 from ..blender.active_material import can_change
 
 Place = tuple[Any, str]     # what holds a path, and the name of the property
@@ -52,7 +52,7 @@ def relative(path: str, folder: str) -> str:
 
 def forget(path: str) -> str:
     """A path without its folders: the file's name, beside the .blend."""
-    return path if not path or name_in(path) is not None else _BLEND + re.split(r"[/\\]", path)[-1]
+    return path if not path or parse_virtual_path(path) is not None else _BLEND + re.split(r"[/\\]", path)[-1]
 
 
 def stored_paths() -> Iterator[Place]:

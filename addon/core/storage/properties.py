@@ -193,7 +193,7 @@ def label_of_fit(settings: Any) -> str:
 def name_of_fit(settings: Any) -> str:
     """A material's fit by the name of its preset, or its levels; that of the starter library by the name of that."""
     arguments = fitted_arguments(settings)
-    if arguments == ready.ARGUMENTS and published.name_in(settings.filepath) is not None:
+    if arguments == ready.ARGUMENTS and published.parse_virtual_path(settings.filepath) is not None:
         return "Material Library"
     if arguments is not None and "tolerance" in arguments:
         return f"Auto {settings.fitted_levels}"
@@ -221,7 +221,7 @@ class QualitySummary(NamedTuple):
 
 def quality_summary(settings: Any) -> QualitySummary:
     """What the fit of a material is worth; empty where it was not judged."""
-    name = published.name_in(settings.filepath)
+    name = published.parse_virtual_path(settings.filepath)
     if name is not None:
         try:
             material = published.find(name)
@@ -237,7 +237,7 @@ def quality_summary(settings: Any) -> QualitySummary:
     if is_adjusted:
         line = f"Match before adjusting: {verdict.grade(judged.match, verdict.MATCH_LIMITS)}"
         whole = f"Before it was adjusted: {whole}"
-    is_bad = verdict.at_samples(judged).is_bad
+    is_bad = verdict.match_message(judged).is_bad
     if is_bad:
         after = _OF_THE_BEST if judged.match < 0 or name_of_fit(settings) == _BEST else _OF_OTHERS
     return QualitySummary(f"{line}{after}", f"{whole}{after}", verdict.is_well(judged) and not is_adjusted, is_bad)

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ....fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
+from ....fitter.colours import COLOURS, DEFAULT, conversion, xyz_matrix
 from ....fitter.formats import choices_of, is_there
 from ....fitter.formats.reading import OPTIONS
 from ..annotations import Arguments
@@ -33,7 +33,7 @@ def _named(axes: tuple[tuple[float, ...], ...]) -> str:
     """The space whose red, green and blue have these XYZ; empty if it is none of `COLOURS`."""
     mine = np.array(axes).T
     return next((name for name in COLOURS
-                 if np.allclose(mine, to_xyz(DEFAULT) @ conversion(name, DEFAULT), rtol=0, atol=_SAME)), "")
+                 if np.allclose(mine, xyz_matrix(DEFAULT) @ conversion(name, DEFAULT), rtol=0, atol=_SAME)), "")
 
 
 def load_arguments(choices: Choices) -> Arguments:

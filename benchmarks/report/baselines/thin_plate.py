@@ -25,7 +25,7 @@ from scipy.interpolate import RBFInterpolator
 from fitter.arrays import ArrayLike, FloatArray, IntArray
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.model.transform import LEAST_OFFSET, bounded_log
-from fitter.quality.cross_validation import held_out
+from fitter.quality.cross_validation import cross_validate
 from fitter.samples import Samples, choice, subset
 
 from .bounds import ceiling
@@ -108,7 +108,7 @@ def fit(samples: Samples) -> ThinPlate:
     samples = subset(samples, spread(places(samples), MOST))
     if len(samples) < INNER_FOLDS:
         return fit_smoothed(samples, SMOOTHINGS[0])
-    errors = [held_out(samples, partial(fit_smoothed, smoothing=smoothing), INNER_FOLDS, _SEED).cube_root_rmse
+    errors = [cross_validate(samples, partial(fit_smoothed, smoothing=smoothing), INNER_FOLDS, _SEED).cube_root_rmse
               for smoothing in SMOOTHINGS]
     return fit_smoothed(samples, SMOOTHINGS[int(np.argmin(errors))])
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.colours import linear_of_srgb
+from fitter.colours import decode_srgb
 from fitter.cycles.principled_bsdf import Principled
 from support.stage import black_scene, render
 
@@ -33,7 +33,7 @@ def baked(blender, quick, capfd):
 def texels(image):
     width, height = image.size
     pixels = np.array(image.pixels[:]).reshape(height, width, 4)[..., :3]
-    return linear_of_srgb(pixels) if image.colorspace_settings.name == "sRGB" else pixels
+    return decode_srgb(pixels) if image.colorspace_settings.name == "sRGB" else pixels
 
 
 def measured(model, path, write_astm):

@@ -8,7 +8,7 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
-from fitter.colours import linear_of_srgb
+from fitter.colours import decode_srgb
 from fitter.cycles.principled_bsdf import Principled
 from support.cases import release
 from support.drawn import draw
@@ -287,7 +287,7 @@ def stored(blender, path, is_data=False):
     image = blender.data.images.load(str(path))
     width, height = image.size
     pixels = np.array(image.pixels[:]).reshape(height, width, -1)[..., :3]
-    return pixels if is_data else linear_of_srgb(pixels)
+    return pixels if is_data else decode_srgb(pixels)
 
 
 def image_node(blender, material, name, pixels, is_data=False):
@@ -341,7 +341,7 @@ def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, 
     material.node_tree.links.new(texture.outputs["Color"], node.inputs["Tint"])
     node.inputs["Strength"].default_value = STRENGTH
     follow(material)
-    expected = linear_of_srgb(np.round(CHECKER * 255) / 255) * CLOTH.base_color * STRENGTH
+    expected = decode_srgb(np.round(CHECKER * 255) / 255) * CLOTH.base_color * STRENGTH
     written, texels = gltf_written(blender, tmp_path / "a.gltf")
     surface = written["pbrMetallicRoughness"]
     seen = texels(surface["baseColorTexture"]) * np.array(surface.get("baseColorFactor", [1, 1, 1, 1]))[:3]
@@ -357,7 +357,7 @@ def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, 
     blender.ops.wm.obj_export(filepath=str(tmp_path / "a.obj"), path_mode="COPY")
     lines = (tmp_path / "a.mtl").read_text().splitlines()
     assert [line for line in lines if "Kd" in line] == ["map_Kd measured_base_color.png"], "nothing multiplies it"
-    mean = (linear_of_srgb(np.round(CHECKER * 255) / 255)).mean(axis=(0, 1)) * ALBEDO * STRENGTH
+    mean = (decode_srgb(np.round(CHECKER * 255) / 255)).mean(axis=(0, 1)) * ALBEDO * STRENGTH
     assert material.diffuse_color[:3] == pytest.approx(mean, abs=EIGHT_BITS)
 
 

@@ -75,7 +75,7 @@ def test_in_even_light_a_surface_seen_head_on_shows_its_albedo(look, quick, glos
     scene.view_settings.view_transform = "Standard"
     from measured_brdf.fitter import progress
 
-    with progress.listening(lambda fraction, doing: reports.append(fraction)):
+    with progress.listen(lambda fraction, doing: reports.append(fraction)):
         picture = look.render(scene, bpy.data.materials["glossy"], tmp_path / "picture.png")
     encoded = picture[12:20, 14:19, :3].mean(axis=(0, 1))
     shown = np.where(encoded > 0.04045, ((encoded + 0.055) / 1.055) ** 2.4, encoded / 12.92)

@@ -354,8 +354,8 @@ def test_with_force_nothing_is_put_aside_where_nothing_is_written(library, tmp_p
 
 HOLD = """
 import sys
-from fitter.storage.files import locked
-with locked(sys.argv[1]):
+from fitter.storage.files import hold_lock
+with hold_lock(sys.argv[1]):
     print("held", flush=True)
     sys.stdin.read()
 """

@@ -192,7 +192,7 @@ def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):
     assert settings.match == pytest.approx(100 * np.sqrt(np.mean((lightness[1] - lightness[0]) ** 2)), rel=1e-3)
     assert settings.between >= settings.match
     assert settings.farthest == pytest.approx(np.degrees(max(glossy.theta_i.max(), glossy.theta_o.max())), abs=0.01)
-    assert settings.hole == pytest.approx(coverage.widest_hole(glossy)[0], abs=0.01)
+    assert settings.hole == pytest.approx(coverage.widest_gap(glossy)[0], abs=0.01)
 
 
 def test_a_material_of_an_older_version_is_not_judged(material):

@@ -8,7 +8,7 @@ from fitter.model import published
 from support.cases import quick
 from support.stage import add_sphere, background, black_scene, render
 
-POLISHED = [each.name for each in published.offered() if each.name.endswith("-polished")]
+POLISHED = [each.name for each in published.list_offered() if each.name.endswith("-polished")]
 
 
 @pytest.mark.parametrize("name", quick([*POLISHED, "gold-brushed", "copper-satin", "iron-rough"], "gold-polished"))

@@ -176,7 +176,7 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
     def found(search, tag=shelf.ALL):
         return [each.name for each in shelf.offered(search, tag)]
 
-    assert len(found("")) == len(published.offered())
+    assert len(found("")) == len(published.list_offered())
     assert found("PLASTIC matte yellow") == ["yellow-matte-plastic"]
     assert "color-changing-paint1" in found("colour")
     assert "gold-paint" in found("gold", "metallic")

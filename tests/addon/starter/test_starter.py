@@ -57,9 +57,9 @@ def test_it_holds_an_asset_of_each_material_that_is_offered_and_takes_seventy_ki
     from measured_brdf.fitter.model import published
 
     with bpy.data.libraries.load(str(starter.SHIPPED / starter.FILE), assets_only=True) as (source, _):
-        assert sorted(source.materials) == sorted(each.label for each in published.offered())
-    assert all(ready.is_there(each.name) for each in published.offered())
-    assert sum(path.stat().st_size for path in starter.SHIPPED.iterdir()) < 0.07e6 * len(published.offered())
+        assert sorted(source.materials) == sorted(each.label for each in published.list_offered())
+    assert all(ready.is_there(each.name) for each in published.list_offered())
+    assert sum(path.stat().st_size for path in starter.SHIPPED.iterdir()) < 0.07e6 * len(published.list_offered())
 
 
 def test_the_assets_are_cc0_and_hold_no_byte_code(blender, starter):
@@ -75,7 +75,7 @@ def test_each_asset_has_tags_a_picture_and_says_that_it_is_not_measured(blender,
 
     catalogues = (starter.SHIPPED / "blender_assets.cats.txt").read_text("utf-8")
     bpy.ops.wm.open_mainfile(filepath=str(starter.SHIPPED / starter.FILE))
-    for wanted in published.offered():
+    for wanted in published.list_offered():
         item = bpy.data.materials[wanted.label]
         data, settings = item.asset_data, item.measured_brdf
         assert {*wanted.tags, *(() if wanted.is_computed else ("published fit",))} <= {tag.name for tag in data.tags}
@@ -273,7 +273,7 @@ def test_a_library_that_is_not_there_is_built_by_a_second_blender(blender, start
 def test_no_material_reflects_more_light_than_it_gets(blender, extension):
     """A sphere in a white furnace shows the directional albedo: in five rings of equal steps of the cosine. All spheres
     are in one picture, where no light goes from one to another."""
-    offered, size, columns = extension.fitter.model.published.offered(), 32, 12
+    offered, size, columns = extension.fitter.model.published.list_offered(), 32, 12
     rows = -(-len(offered) // columns)
     scene = black_scene(columns * size, rows * size, 64, span=2 * max(rows, columns))
     scene.cycles.max_bounces = 0

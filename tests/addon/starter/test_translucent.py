@@ -35,7 +35,7 @@ def walks(tree):
 
 
 def test_a_translucent_material_of_the_library_has_a_walk_for_cycles_and_one_for_eevee(skin):
-    below = published.find("skin-1").model.below
+    below = published.find("skin-1").model.subsurface
     assert skin.name == "Skin 1"
     in_cycles, in_eevee = walks(group(skin).node_tree)
     assert tuple(in_cycles.inputs["Radius"].default_value) == pytest.approx(below.walk.radius)
@@ -59,7 +59,7 @@ def test_what_is_typed_is_a_material_that_can_be_fitted_again(cube):
 
 def test_coefficients_are_typed_in_a_dialog(cube):
     assert bpy.ops.measured_brdf.translucent_material(label="My marble", index=1.5) == {"FINISHED"}
-    marble = published.find("marble").model.below
+    marble = published.find("marble").model.subsurface
     fit = fit_of(cube.active_material)
     assert fit.subsurface.albedo == pytest.approx(marble.albedo, rel=1e-4)
     assert cube.active_material.name == "My marble"
@@ -72,7 +72,7 @@ def test_adjustments_change_what_comes_from_below(skin):
     skin.measured_brdf_adjustments.diffuse_tint = (0.5, 1, 1)
     assert bpy.ops.measured_brdf.adjust() == {"FINISHED"}
     fit = fit_of(skin)
-    assert fit.below.albedo == pytest.approx(fit.subsurface.albedo * (0.5, 1, 1))
+    assert fit.edited_subsurface.albedo == pytest.approx(fit.subsurface.albedo * (0.5, 1, 1))
     assert len(walks(group(skin).node_tree)) == 2
 
 

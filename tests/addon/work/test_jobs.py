@@ -167,7 +167,7 @@ def test_held_out_errors_are_those_of_cross_validation(extension, glossy, write_
     from fitter.quality import cross_validation
 
     arguments = fitter.PRESETS["Paper"]
-    expected = cross_validation.held_out(glossy, lambda part: fitter.fit(part, **arguments)).rmse
+    expected = cross_validation.cross_validate(glossy, lambda part: fitter.fit(part, **arguments)).rmse
     data = tasks.read(str(write_astm(tmp_path / "glossy.astm", glossy)), "")
     assert tasks.held_out(data, arguments) == pytest.approx(expected)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fitter.formats.reading import OPTIONS
-from fitter.methods.beyond import Reach
+from fitter.methods.extrapolation import MeasuredDomain
 from fitter.optics.subsurface import Subsurface
 
 DIRECTIONS = "theta_i", "phi_i", "theta_o", "phi_o"
@@ -125,8 +125,8 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
     one, other = (keep(outcomes, fit) for fit in (b"one", b"other"))
     data = [outcomes.Data(outcomes.Measurement(*[""] * 6, digest), None) for digest in "01"]
     ask = work.queries
-    seconds = (), ((one, ()),), ((other, ()),), ((one, (Reach(1.2, 1.0),)),)
-    fits = [((first, reaches), *second) for first in (one, other) for reaches in ((), (Reach(1.2, 1.0),))
+    seconds = (), ((one, ()),), ((other, ()),), ((one, (MeasuredDomain(1.2, 1.0),)),)
+    fits = [((first, reaches), *second) for first in (one, other) for reaches in ((), (MeasuredDomain(1.2, 1.0),))
             for second in seconds]
     for function, arguments in ((ask.lit_sphere, ((1, 2), (one, other), (None, {"a": 1}, {"a": 2}))),
                                 (ask.polar_plot, ((1, 2), fits, (None, *data), (0.1, 0.2), (0.1, 0.2))),

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from fitter.coordinates import between
+from fitter.coordinates import direction_sampling
 from fitter.quality.coverage import vectors
 
 
 @pytest.mark.parametrize("isotropic", [True, False])
 def test_a_third_is_even_and_the_rest_is_about_the_mirror_direction(isotropic):
-    theta_i, phi_i, theta_o, phi_o = between.directions(30_000, isotropic)
+    theta_i, phi_i, theta_o, phi_o = direction_sampling.sample_directions(30_000, isotropic)
     incident, outgoing = vectors(theta_i, phi_i), vectors(theta_o, phi_o)
     mirrored = incident * (-1, -1, 1)
     away = np.degrees(np.arccos(np.clip((mirrored * outgoing).sum(axis=1), -1, 1)))
@@ -28,11 +28,11 @@ def test_a_third_is_even_and_the_rest_is_about_the_mirror_direction(isotropic):
 
 
 def test_isotropic_ones_lie_on_one_side_and_others_all_around():
-    _, phi_i, theta_o, phi_o = between.directions(5_000)
+    _, phi_i, theta_o, phi_o = direction_sampling.sample_directions(5_000)
     assert not phi_i.any()
     assert phi_o.min() >= 0
     assert phi_o.max() <= np.pi
     assert np.degrees(theta_o.max()) < 89.91
-    _, phi_i, _, phi_o = between.directions(5_000, isotropic=False)
+    _, phi_i, _, phi_o = direction_sampling.sample_directions(5_000, isotropic=False)
     for turn in (phi_i, phi_o - phi_i):
         assert (np.histogram(np.mod(turn, 2 * np.pi), bins=8, range=(0, 2 * np.pi))[0] > 150).all()

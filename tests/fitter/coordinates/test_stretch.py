@@ -3,7 +3,7 @@ import pytest
 
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
-from fitter.coordinates.stretch import LARGEST, LEAST, NONE, stretched, unstretched
+from fitter.coordinates.stretch import LARGEST, LEAST, NONE, stretch_half_vector, unstretch_half_vector
 
 STRETCHES = LEAST, 5.0, 33.0, LARGEST
 systems = pytest.mark.parametrize("system", [HalfDifference, Rusinkiewicz])
@@ -19,7 +19,7 @@ def disk(random):
 
 @pytest.mark.parametrize("k", STRETCHES)
 def test_the_length_is_the_inverse_hyperbolic_sine_and_the_direction_stays(disk, k):
-    x, y = stretched(*disk, k)
+    x, y = stretch_half_vector(*disk, k)
     radius = np.hypot(*disk)
     # by its definition as a logarithm; log1p(u + u^2 / (1 + sqrt(1 + u^2))) keeps small numbers
     def asinh(u):
@@ -32,13 +32,14 @@ def test_the_length_is_the_inverse_hyperbolic_sine_and_the_direction_stays(disk,
 
 @pytest.mark.parametrize("k", STRETCHES)
 def test_unstretched_is_the_inverse(disk, k):
-    for back in (unstretched(*stretched(*disk, k), k), stretched(*unstretched(*disk, k), k)):
+    for back in (unstretch_half_vector(*stretch_half_vector(*disk, k), k),
+                 stretch_half_vector(*unstretch_half_vector(*disk, k), k)):
         np.testing.assert_allclose(back, disk, rtol=1e-8, atol=1e-300)
 
 
 def test_nothing_is_stretched_by_default(disk):
-    np.testing.assert_array_equal(stretched(*disk, NONE), disk)
-    np.testing.assert_array_equal(unstretched(*disk, NONE), disk)
+    np.testing.assert_array_equal(stretch_half_vector(*disk, NONE), disk)
+    np.testing.assert_array_equal(unstretch_half_vector(*disk, NONE), disk)
 
 
 @systems

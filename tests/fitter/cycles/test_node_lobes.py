@@ -66,7 +66,7 @@ def test_a_diffuse_lobe_stands_on_its_tilted_normal(random):
 @pytest.mark.parametrize("kind", node_lobes.FACETS)
 def test_a_lobe_that_is_tilted_to_the_viewer_looks_back(random, kind):
     wo, wi = direction(0.8), hemisphere(random, 20_000)
-    values = value(kind, shape(0.4, tilt=1.0), wo, wi)
+    values = value(kind, shape(0.4, normal_offset=1.0), wo, wi)
     assert wi[values.argmax()] @ wo > 0.99
 
 
@@ -101,7 +101,7 @@ def sphere(pole):
 
 
 def density(kind, form, wo, wi):
-    return node_lobes.density(kind, form, Pairs.make(wo[None], wi[None], np.array([[1.0, 0, 0]])))[0]
+    return node_lobes.pdf(kind, form, Pairs.make(wo[None], wi[None], np.array([[1.0, 0, 0]])))[0]
 
 
 @pytest.mark.parametrize("kind", ["diffuse", *node_lobes.FACETS])
@@ -124,7 +124,7 @@ def test_the_density_of_sheen_is_even_over_the_hemisphere(random):
 def test_directions_reflected_by_sampled_half_vectors_have_the_density(random, kind, form):
     """Slopes of a microfacet are sampled by inversion; what is counted in caps of the sphere is the density there."""
     form, wo = shape(*form), direction(1.0)
-    normal = node_lobes.normals(form.tilt, wo[None])[0]
+    normal = node_lobes.normals(form.normal_offset, wo[None])[0]
     y = np.cross(normal, [1.0, 0, 0]) / np.linalg.norm(np.cross(normal, [1.0, 0, 0]))
     u, turn = random.random(200_000), 2 * np.pi * random.random(200_000)
     slope = np.sqrt(-np.log(1 - u) if kind == "Beckmann" else u / (1 - u))

@@ -125,11 +125,11 @@ def density(mixture, theta_o, wi):
     def at(table):
         return np.stack([np.interp(theta_o, mixture.theta, column) for column in table.T])
 
-    wo, shape = half_vector_grid.outgoing(theta_o, 0.0), [at(each) for each in mixture.shape]
+    wo, shape = half_vector_grid.unit_vectors(theta_o, 0.0), [at(each) for each in mixture.shape]
     pairs = Pairs.make(wo[None], wi[None], np.array([[1.0, 0, 0]]))
-    lobes = [node_lobes.density(kind, Shape(*(each[[number]] for each in shape)), pairs)[0]
+    lobes = [node_lobes.pdf(kind, Shape(*(each[[number]] for each in shape)), pairs)[0]
              for number, kind in enumerate(mixture.kinds)]
-    return at(mixture.sampling.shares) @ np.array([*lobes, np.full(len(wi), 0.5 / np.pi)])
+    return at(mixture.sampling.selection_probabilities) @ np.array([*lobes, np.full(len(wi), 0.5 / np.pi)])
 
 
 def noise(carried, density, solid_angle):
@@ -165,7 +165,7 @@ def test_sampling_finds_a_highlight_that_even_directions_miss(cornell):
 
 def below(mixture):
     """The mixture as the shader has it where it is exact."""
-    return mixture._replace(colour=mixture.sampling.below)
+    return mixture._replace(colour=mixture.sampling.lower_colours)
 
 
 @pytest.mark.parametrize("material", quick(["krylon_blue_RGB", "garnet_red_RGB", "aluminum foil"], "krylon_blue_RGB"))
@@ -188,7 +188,7 @@ def test_what_is_above_the_fit_is_given_back_by_what_is_left(curet, cornell, mat
     """In the mean over a sphere under even light the mixture and what is carried beside it are its albedo."""
     fit = standard(material, curet, cornell)
     mixture = node_mixture.cycles_mixture(fit)
-    angles, made, wanted = direction_grid.views(between=1), [], []
+    angles, made, wanted = direction_grid.outgoing_angles(between=1), [], []
     for theta_o in angles:
         to = direction_grid.grid(theta_o)
         truth, found = seen_from(fit, below(mixture), theta_o, 0.0, to.unit)
@@ -203,7 +203,7 @@ def test_what_is_above_the_fit_is_given_back_by_what_is_left(curet, cornell, mat
 @pytest.mark.parametrize("material", quick(["krylon_blue_RGB", "garnet_red_RGB", "aluminum foil"], "krylon_blue_RGB"))
 def test_the_weights_below_the_fit_leave_a_direction_its_part_of_the_albedo(curet, cornell, material):
     mixture = node_mixture.cycles_mixture(standard(material, curet, cornell))
-    weights, albedo = mixture.sampling.below.sum(axis=1).mean(axis=1), mixture.sampling.albedo
+    weights, albedo = mixture.sampling.lower_colours.sum(axis=1).mean(axis=1), mixture.sampling.albedo
     assert (weights + LEAST_FOLLOWED * albedo <= np.maximum(np.minimum(1.05 * albedo, 1), albedo) * (1 + 1e-6)).all()
 
 
@@ -230,7 +230,7 @@ def test_a_diffuse_surface_is_all_mixture():
     assert (mixture.colour[:, 0] <= 0.5).all()
     wi = spiral(20_000)
     for theta_o in (0.0, 0.7, 1.4):
-        made = node_mixture.evaluate(mixture, half_vector_grid.outgoing(theta_o, 0.3), wi)
+        made = node_mixture.evaluate(mixture, half_vector_grid.unit_vectors(theta_o, 0.3), wi)
         assert np.abs(made[:, 0] - 0.5 / np.pi * wi[:, 2]).mean() < 0.01 * 0.25 / np.pi
 
 
@@ -253,7 +253,7 @@ def test_nothing_is_negative_and_black_stays_black():
     for mixture in node_mixture.node_mixtures(Lobes())[:2]:
         assert (mixture.colour >= 0).all()
         assert ((mixture.shape.roughness > 0) & (mixture.shape.roughness <= 1)).all()
-        assert (np.abs(mixture.shape.tilt) <= 1).all()
+        assert (np.abs(mixture.shape.normal_offset) <= 1).all()
         assert (np.abs(mixture.shape.anisotropy) < 1).all()
 
 
@@ -322,11 +322,11 @@ def test_an_isotropic_reflectance_has_the_same_mixture_for_all_azimuths():
     assert mixture.error < isotropic.error + 0.01
     wi = spiral(20_000)
     for theta_o in (0.3, 1.1):
-        alone = node_mixture.evaluate(isotropic, half_vector_grid.outgoing(theta_o, 0.0), wi)
+        alone = node_mixture.evaluate(isotropic, half_vector_grid.unit_vectors(theta_o, 0.0), wi)
         for phi_o in (0.0, 0.8, 1.6, 2.4):
             c, s = np.cos(phi_o), np.sin(phi_o)
             turned = wi @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-            seen = node_mixture.evaluate(mixture, half_vector_grid.outgoing(theta_o, phi_o), turned)
+            seen = node_mixture.evaluate(mixture, half_vector_grid.unit_vectors(theta_o, phi_o), turned)
             assert np.abs(seen - alone).sum() < 0.02 * alone.sum()
 
 

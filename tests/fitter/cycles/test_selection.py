@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from fitter.cycles.selection import shares
+from fitter.cycles.selection import selection_probabilities
 
 LEAST = 0.01                    # share of any density
 
@@ -25,7 +25,7 @@ def problems(random, count):
 def test_shares_are_those_of_the_least_second_moment(random):
     arrays = problems(random, 12)
     arrays[0][3] = 5 * arrays[1][3, 1]              # one density is all that is needed
-    for share, *problem in zip(shares(*arrays), *arrays, strict=True):
+    for share, *problem in zip(selection_probabilities(*arrays), *arrays, strict=True):
         best = scipy.optimize.minimize(second_moment, np.full(3, 1 / 3), tuple(problem), "SLSQP",
                                        bounds=3 * [(LEAST, 1)],
                                        constraints={"type": "eq", "fun": lambda x: x.sum() - 1})
@@ -41,7 +41,7 @@ def test_what_is_a_sum_of_the_densities_is_sampled_by_its_parts(random):
     _, density, solid_angle = problems(random, 5)
     parts = np.array([0.3, 0.1, 0.2])
     magnitude = np.einsum("k,vkn->vn", parts, density)
-    found = shares(magnitude, density, solid_angle)
+    found = selection_probabilities(magnitude, density, solid_angle)
     np.testing.assert_allclose(found, np.tile(parts / parts.sum(), (5, 1)), atol=0.02)
     for share, *problem in zip(found, magnitude, density, solid_angle, strict=True):
         assert second_moment(share, *problem) == pytest.approx(parts.sum() ** 2, rel=1e-3)
@@ -49,4 +49,4 @@ def test_what_is_a_sum_of_the_densities_is_sampled_by_its_parts(random):
 
 def test_where_there_is_nothing_to_carry_all_densities_are_sampled_alike(random):
     _, density, solid_angle = problems(random, 2)
-    np.testing.assert_allclose(shares(np.zeros((2, 200)), density, solid_angle), 1 / 3)
+    np.testing.assert_allclose(selection_probabilities(np.zeros((2, 200)), density, solid_angle), 1 / 3)

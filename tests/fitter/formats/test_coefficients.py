@@ -24,7 +24,7 @@ def path(tmp_path):
 def test_a_row_is_a_material(path):
     assert list_samples(path) == [(1, "My marble"), (2, "Line 5")]
     first, second = fitter.load(path), fitter.load(path, 2)
-    np.testing.assert_allclose(first.subsurface.albedo, published.find("marble").model.below.albedo)
+    np.testing.assert_allclose(first.subsurface.albedo, published.find("marble").model.subsurface.albedo)
     assert (first.name, first.subsurface.index) == ("My marble", 1.5)
     assert second.subsurface.albedo.tolist() == [1, 1, 1]
     assert fitter.load(path, "my marble").name == "My marble"

@@ -165,6 +165,6 @@ def test_the_smallest_fit_within_a_tolerance_is_found_again(monkeypatch):
     some = subset(samples("woven b"), np.random.default_rng(5).permutation(len(samples("woven b")))[:500])
     fitted = fitter.fit_within(some, 0.05)
     assert np.sqrt(np.mean((fitted.evaluate(*some.directions) - some.values) ** 2)) <= 0.05
-    again = fitter.fit(some, **tolerance.arguments_of(fitted))
+    again = fitter.fit(some, **tolerance.fit_arguments(fitted))
     assert again.notation == fitted.notation
     np.testing.assert_array_equal(again.evaluate(*some.directions), fitted.evaluate(*some.directions))

@@ -108,13 +108,13 @@ def up_to(degrees):
 
 
 def checked_albedo(fit):
-    """The directional albedo that is checked, at `energy.VIEWS`: (views, channels)."""
+    """The directional albedo that is checked, at `energy.OUTGOING_ANGLES`: (views, channels)."""
     few = energy.reflected_light(fit, energy._FEW, energy._CELLS)
-    return energy._light_at_views(fit, few).sum(axis=2).max(axis=0)
+    return energy._reflected_at_angles(fit, few).sum(axis=2).max(axis=0)
 
 
 def conserved(fit, samples):
-    return energy.conserved(fit, fit.transform, samples)
+    return energy.conserve_energy(fit, fit.transform, samples)
 
 
 MADE = {
@@ -173,10 +173,10 @@ def test_far_from_where_an_albedo_exceeds_1_nothing_is_damped():
     """A retro-reflector that is too bright near the normal, within what was measured."""
     fit = random_fit(*MADE["a narrow retro-reflector"])
     before, found = checked_albedo(fit)[:, 0], conserved(fit, up_to(90))
-    over = np.degrees(energy.VIEWS[before > 0.99])
+    over = np.degrees(energy.OUTGOING_ANGLES[before > 0.99])
     assert 40 < over.max() < 65
-    factor = factor_of_angle(found.transform.damping, energy.VIEWS)[:, 0]
-    np.testing.assert_allclose(factor[np.radians(over.max() + 17) < energy.VIEWS], 1, rtol=1e-15)
+    factor = factor_of_angle(found.transform.damping, energy.OUTGOING_ANGLES)[:, 0]
+    np.testing.assert_allclose(factor[np.radians(over.max() + 17) < energy.OUTGOING_ANGLES], 1, rtol=1e-15)
     assert (factor[before > 1.01] < 1).all()
 
 
@@ -190,8 +190,9 @@ def test_what_was_not_measured_is_not_made_black():
 def test_the_albedo_is_that_of_an_independent_integral(narrow, farthest):
     prior = lobes(0.1, ("mirror", 0.2 / narrow ** 2, narrow, 2.0, 0.7), ("retro", 2.0, 0.2, 2.0, 1.0))
     fit = random_fit(Rusinkiewicz(), prior, 0.2)
-    some = np.flatnonzero(np.radians(farthest) > energy.VIEWS)[::3]
-    np.testing.assert_allclose(checked_albedo(fit)[some, 0], albedos(fit, energy.VIEWS[some]).max(axis=0), rtol=0.02)
+    some = np.flatnonzero(np.radians(farthest) > energy.OUTGOING_ANGLES)[::3]
+    expected = albedos(fit, energy.OUTGOING_ANGLES[some]).max(axis=0)
+    np.testing.assert_allclose(checked_albedo(fit)[some, 0], expected, rtol=0.02)
 
 
 def test_the_message_says_where_and_what_it_cost():

@@ -62,7 +62,7 @@ def test_a_field_of_reciprocity_1_has_one_value_for_exchanged_directions(mu, ran
     """Far from the samples too, where the trend is all that is left of it."""
     field, _ = krige(mu, random.standard_normal((40, 2)), Kernel(0.01, 1e-3, 1.0), np.zeros(40))
     probe = random.random((30, 3)) * [1, 2, 1] - [0, 1, 0]
-    np.testing.assert_allclose(field.at(probe * [1, -1, 1]), field.at(probe), atol=1e-9)
+    np.testing.assert_allclose(field.predict(probe * [1, -1, 1]), field.predict(probe), atol=1e-9)
 
 
 @every_kernel
@@ -81,7 +81,7 @@ def test_kriging_is_the_textbooks_formula(mu, random, kernel):
     cross = np.array([[brute_covariance(a, b, kernel) for b in mu] for a in probe])
     matrix = covariance(mu, kernel, kernel.noise + gaussian_process._TINY) + np.diag(known)
     field, _ = krige(mu, z, kernel, known)
-    np.testing.assert_allclose(field.at(probe), cross @ np.linalg.inv(matrix) @ z, atol=1e-5)
+    np.testing.assert_allclose(field.predict(probe), cross @ np.linalg.inv(matrix) @ z, atol=1e-5)
     without = matrix - np.diag(known)
     np.testing.assert_allclose(field.at_samples, without @ np.linalg.inv(matrix) @ z, atol=1e-5)
 
@@ -102,7 +102,7 @@ def test_what_is_said_of_left_out_samples_is_the_fit_without_each(mu, random, ke
     for number in range(len(mu)):
         others = np.arange(len(mu)) != number
         field, _ = krige(mu[others], z[others], kernel, known[others])
-        np.testing.assert_allclose(field.at(mu[[number]])[0], left_out[number], rtol=1e-5, atol=1e-5)
+        np.testing.assert_allclose(field.predict(mu[[number]])[0], left_out[number], rtol=1e-5, atol=1e-5)
 
 
 @pytest.mark.parametrize("channels", [1, 3])
@@ -142,7 +142,7 @@ def full_likelihood(mu, z, kernel):
 def test_a_search_finds_the_kernel_that_made_the_samples(random, noise):
     truth, mu = Kernel(1.0, noise), random.random((150, 3)) * [1, 2, 1] - [0, 1, 0]
     z = drawn(random, truth, mu)
-    likeliest = Search([lambda: mu], [z], [0.0], np.zeros(150)).best([0])
+    likeliest = Search([lambda: mu], [z], [0.0], np.zeros(150)).maximise([0])
     assert likeliest.value == pytest.approx(full_likelihood(mu, z, likeliest.kernel), abs=1e-5)
     assert likeliest.value > full_likelihood(mu, z, truth) - 1e-3
     assert noise / 10.1 <= likeliest.kernel.noise <= noise * 10.1
@@ -154,7 +154,7 @@ def test_a_search_finds_whether_samples_are_reciprocal(random, reciprocity):
     half = random.random((100, 3))
     mu = np.concatenate([half, half * [1, -1, 1]])
     z = drawn(random, Kernel(1.0, 1e-3, reciprocity), mu)
-    assert Search([lambda: mu], [z], [0.0], np.zeros(200)).best([0]).kernel.reciprocity == reciprocity
+    assert Search([lambda: mu], [z], [0.0], np.zeros(200)).maximise([0]).kernel.reciprocity == reciprocity
 
 
 def test_a_search_finds_the_stretch_that_made_the_samples(random):
@@ -163,12 +163,12 @@ def test_a_search_finds_the_stretch_that_made_the_samples(random):
     plain = np.stack([random.random(150), x, 0 * x], axis=1)
 
     def encode(k):
-        return np.stack([plain[:, 0], *stretch.stretched(plain[:, 1], plain[:, 2], k)], axis=1)
+        return np.stack([plain[:, 0], *stretch.stretch_half_vector(plain[:, 1], plain[:, 2], k)], axis=1)
 
     stretches = 0.0, 2.0, 5.0, 12.0, 33.0
     z = drawn(random, Kernel(1.0, 1e-4), encode(33.0))
     search = Search([lambda k=k: encode(k) for k in stretches], [z], [0.0], np.zeros(150))
-    assert stretches[search.best(range(5)).system] >= 12
+    assert stretches[search.maximise(range(5)).system] >= 12
 
 
 def test_a_search_takes_the_likelier_prior_unless_its_penalty_is_larger(random):
@@ -176,7 +176,7 @@ def test_a_search_takes_the_likelier_prior_unless_its_penalty_is_larger(random):
     z = drawn(random, Kernel(0.8, 1e-3), mu)
     candidates = [z + 0.3 * random.standard_normal(z.shape), z]
     for penalty, expected in ((0.0, 1), (100.0, 0)):
-        likeliest = Search([lambda: mu], candidates, [0.0, penalty], np.zeros(100)).best([0])
+        likeliest = Search([lambda: mu], candidates, [0.0, penalty], np.zeros(100)).maximise([0])
         assert likeliest.prior == expected
         assert likeliest.value > -100
 
@@ -188,7 +188,7 @@ def test_noise_of_single_samples_counts(random):
     wrong = z.copy()
     wrong[7] += 100
     noise = np.where(np.arange(100) == 7, 1e8, 0.0)
-    values = [Search([lambda: mu], [each], [0.0], noise).best([0]).value for each in (z, wrong)]
+    values = [Search([lambda: mu], [each], [0.0], noise).maximise([0]).value for each in (z, wrong)]
     assert values[0] == pytest.approx(values[1], abs=1e-2)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.arrays import selected
+from fitter.arrays import select_directions
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.methods import highlight
 from fitter.model.microfacet import Microfacet, geometry
@@ -32,7 +32,7 @@ def coated_interference(*directions):
     film = 0.5 + 0.5 * np.cos(phase)
     film += 0.5 * (film - film.mean(axis=1, keepdims=True))
     flakes = 0.12 * np.exp(-at.tan2_h / 0.2 ** 2) + 0.004
-    return flakes[:, None] * film + COAT.at(at)
+    return flakes[:, None] * film + COAT.evaluate_geometry(at)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def coated():
     """It, measured on Cornell's rings about the normal alone: a sample for each incidence is within two degrees of the
     mirror direction."""
     rings = np.arccos(1 - (np.arange(10) / 10) ** 2)
-    theta_i, phi_i, theta_o, phi_o = selected(at := cornell(), np.isin(at[2], rings))
+    theta_i, phi_i, theta_o, phi_o = select_directions(at := cornell(), np.isin(at[2], rings))
     random = np.random.default_rng(4)
     values = coated_interference(theta_i, phi_i, theta_o, phi_o)
     values = values * (1 + 0.005 * random.standard_normal(values.shape)) + 1e-4 * random.standard_normal(values.shape)

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from fitter import Samples
-from fitter.arrays import joined
+from fitter.arrays import concatenate_directions
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.lattice import dense
 from fitter.methods import lattices, prior
@@ -122,19 +122,19 @@ def test_the_dense_lattice_of_a_field_moves_to_what_its_nodes_do_not_say(samples
     fitted, _ = lattices.fit_to_field(samples, coordinates, transform, field, Levels(2, None, 0.0))
 
     nodes = dense.nodes(2)
-    values = field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], 2)
+    values = field.predict(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], 2)
     values[0] = lattices._mean_over_azimuths(field, 2 * nodes[0] - 1)
     box = dense.interpolate(values, 2)
-    directions = joined([samples.directions, lattices._random_directions(samples)])
+    directions = concatenate_directions([samples.directions, lattices._random_directions(samples)])
     x = coordinates.encode(*directions)
-    wanted = field.at(2 * x - 1)
+    wanted = field.predict(2 * x - 1)
     wanted[:len(samples)] = field.at_samples
     bright = transform.reflectance(wanted, *directions).mean(axis=1) + transform.offset
     share = np.where(np.arange(len(x)) < len(samples), 1, np.sqrt(len(samples) / (len(x) - len(samples))))
     weight = share * bright ** (1 / 3)
     weight = (weight / np.sqrt(np.mean(weight ** 2)))[:, None]
     design, same = basis(x, 2)[0], dense.representative(2).ravel()
-    root = np.diag(np.sqrt(lattices._STIFFNESS * np.unique(same, return_counts=True)[1]))
+    root = np.diag(np.sqrt(lattices._PRIOR_PRECISION * np.unique(same, return_counts=True)[1]))
     before = dense.evaluate(box, 2, x)
     moved = np.linalg.lstsq(np.concatenate([design * weight, root]),
                             np.concatenate([(wanted - before) * weight, np.zeros((len(root), 2))]), rcond=None)[0]
@@ -147,7 +147,7 @@ def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(s
     coordinates = HalfDifference(stretch=5.0)
     fitted, sparse = lattices.fit_to_samples(samples, coordinates, transform, KERNEL, Levels(1, 3, 80.0))
     keys = np.sort(sparse.index.keys)
-    assert 200 < len(keys) <= Levels(1, 3, 80.0).kept_of(3)
+    assert 200 < len(keys) <= Levels(1, 3, 80.0).kept_count(3)
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     every, first = basis(x, 3)
     kept = every[:, np.isin(first, dense.representative(3).ravel()[keys])]
@@ -194,15 +194,15 @@ def test_the_error_at_what_is_left_out_is_that_of_fits_to_the_rest(samples, tran
         points = np.linalg.solve(weighted.T @ weighted + norm, weighted.T @ (z[~out] * found[~out, None]))
         errors.append(found[out, None] * (matrix[out] @ points - z[out]))
     expected = np.sqrt(np.mean(np.concatenate(errors) ** 2))
-    judge = lattices.LeftOut(samples, system, transform)
+    judge = lattices.IncidenceValidation(samples, system, transform)
     assert judge.error(kernel) == pytest.approx(expected, rel=1e-5)
-    assert judge.roughest([kernel, kernel]) is kernel
+    assert judge.select_kernel([kernel, kernel]) is kernel
 
 
 @pytest.mark.parametrize("axes", [3, 4])
 def test_of_many_samples_each_cell_keeps_some_which_stand_for_all_of_it(axes, random):
     x = np.concatenate([random.random((80_000, axes)) ** 3, [[0.999] * axes]])     # a crowd, and one by itself
-    chosen, stood_for = lattices.stratified(x)
+    chosen, stood_for = lattices.stratified_sample(x)
     assert len(np.unique(chosen)) == len(chosen) == lattices.MOST
     assert chosen[-1] == len(x) - 1
     side = {3: 16, 4: 8}[axes]
@@ -217,6 +217,6 @@ def test_of_many_samples_each_cell_keeps_some_which_stand_for_all_of_it(axes, ra
 
 
 def test_few_of_many_samples_are_all_kept(random):
-    chosen, stood_for = lattices.stratified(random.random((300, 3)))
+    chosen, stood_for = lattices.stratified_sample(random.random((300, 3)))
     assert chosen.tolist() == list(range(300))
     assert (stood_for == 1).all()

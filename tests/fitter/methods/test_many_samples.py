@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.coordinates import between as spread
+from fitter.coordinates import direction_sampling as spread
 from fitter.formats import merl
 from fitter.methods import regression_kriging
 from fitter.quality.cross_validation import cube_root
-from fitter.samples import RGB, Samples, some, subset
+from fitter.samples import RGB, Samples, subsample, subset
 from support import merl_files
 from support.cases import quick, release
 from support.checkout import measurements
@@ -68,7 +68,7 @@ def test_what_shines_back_at_the_light_is_the_truth_there(random, name):
     """Within 12 degrees of retro-reflection, in a peak of 2 or 3 degrees: coordinates whose difference vector had no
     stretch were .120 and .111 off."""
     truth = TRUTHS[name]
-    samples = noisy(truth, spread.directions(13_000), 0.005, random)
+    samples = noisy(truth, spread.sample_directions(13_000), 0.005, random)
     theta, away, around = 1.2 * random.random(5000), np.radians(12) * random.random(5000), np.pi * random.random(5000)
     theta_o = np.abs(theta + away * np.cos(around))
     at = theta, 0 * theta, theta_o, np.minimum(away * np.sin(around) / np.maximum(np.sin(theta_o), 0.05), np.pi)
@@ -80,7 +80,7 @@ def test_noise_averages_out_over_many_samples(random):
     """20 % of noise; 2,000 of the samples are what a Gaussian process sees."""
     truth, where = TRUTHS["velvet b"], between(random)
     samples = noisy(truth, dense_goniometer(random), 0.2, random)
-    few = some(samples, regression_kriging.MOST_SAMPLES)
+    few = subsample(samples, regression_kriging.MOST_SAMPLES)
     errors = [relative(truth, fitter.fit(each, **STANDARD), where) for each in (samples, few)]
     assert errors[0] < min(0.9 * errors[1], 0.01)
 

@@ -139,8 +139,8 @@ def test_standard_is_truer_than_the_papers_fit_in_16_kib_a_channel(curet, cornel
 @release
 def test_between_the_samples_standard_is_truer_than_plain_mba(curet, cornell, name, plain, cube_root):
     samples = cornell(name) if "RGB" in name else curet(name)
-    ours = cross_validation.held_out(samples, lambda seen: fitter.fit(seen, **STANDARD))
-    mba = cross_validation.held_out(samples, lambda seen: fitter.fit(seen, 6, None))
+    ours = cross_validation.cross_validate(samples, lambda seen: fitter.fit(seen, **STANDARD))
+    mba = cross_validation.cross_validate(samples, lambda seen: fitter.fit(seen, 6, None))
     assert ours.rmse < plain * mba.rmse
     assert ours.cube_root_rmse < cube_root * mba.cube_root_rmse
 
@@ -148,8 +148,8 @@ def test_between_the_samples_standard_is_truer_than_plain_mba(curet, cornell, na
 @release
 def test_with_its_negative_samples_krylon_too_has_half_of_the_error_of_plain_mba(cornell):
     samples = cornell("krylon_blue_RGB")
-    ours = cross_validation.held_out(samples, lambda seen: fitter.fit(seen, **STANDARD, plausible=False))
-    mba = cross_validation.held_out(samples, lambda seen: fitter.fit(seen, 6, None))
+    ours = cross_validation.cross_validate(samples, lambda seen: fitter.fit(seen, **STANDARD, plausible=False))
+    mba = cross_validation.cross_validate(samples, lambda seen: fitter.fit(seen, 6, None))
     assert ours.cube_root_rmse < 0.5 * mba.cube_root_rmse
 
 
@@ -209,7 +209,7 @@ def test_between_the_samples_the_lattice_follows_the_field(fresh, monkeypatch, c
     ridge = np.radians(np.arange(15, 76, 2.5))
     at = tuple(np.concatenate(pair) for pair in zip((ridge, 0 * ridge, ridge, np.full(len(ridge), np.pi)),
                                                     scattered(np.random.default_rng(1), 400), strict=True))
-    field = estimate.transform.reflectance(estimate.field.at(2 * estimate.coordinates.encode(*at) - 1), *at)
+    field = estimate.transform.reflectance(estimate.field.predict(2 * estimate.coordinates.encode(*at) - 1), *at)
 
     def error():
         fit = regression_kriging.fit(samples, Levels(4, 5, 98.2), True, estimate)

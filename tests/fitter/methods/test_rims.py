@@ -6,7 +6,7 @@ import pytest
 import fitter
 from fitter import Samples
 from fitter.formats import rgl
-from fitter.methods import beyond, regression_kriging
+from fitter.methods import extrapolation, regression_kriging
 from support.cases import quick, release
 from support.checkout import measurements
 from support.mirrors import ratios_to_samples
@@ -83,12 +83,13 @@ def test_a_teal_paint_has_a_white_highlight_and_no_red_rim(cornell):
 
 
 def test_directions_that_stand_for_those_beyond_have_their_half_vectors(random):
-    limits = beyond.Reach(*np.radians([75.0, 60.0]))
-    pairs = beyond.directions(limits, isotropic=True)
+    limits = extrapolation.MeasuredDomain(*np.radians([75.0, 60.0]))
+    pairs = extrapolation.sample_extrapolated(limits, isotropic=True)
     assert len(pairs[0]) > 500
-    assert beyond.are(pairs[0], pairs[2], limits).all()
-    inside = beyond.held(pairs, limits)
-    assert not beyond.are(inside[0], inside[2], beyond.Reach(limits.larger + 1e-4, limits.smaller + 1e-4)).any()
+    assert extrapolation.is_extrapolated(pairs[0], pairs[2], limits).all()
+    inside = extrapolation.clamp_to_domain(pairs, limits)
+    margin = extrapolation.MeasuredDomain(limits.larger + 1e-4, limits.smaller + 1e-4)
+    assert not extrapolation.is_extrapolated(inside[0], inside[2], margin).any()
 
     def half(theta_i, phi_i, theta_o, phi_o):
         both = sum(np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=1)

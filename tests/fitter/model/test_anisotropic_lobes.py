@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitter.model.fit import Fit
-from fitter.model.microfacet import KINDS, geometry, in_surface, lobe, lobe_with_slopes
+from fitter.model.microfacet import KINDS, geometry, lobe, lobe_with_slopes, surface_components
 from fitter.quality.physics import direction_pairs
 from support.anisotropic import brushed_fit, ggx, turned, vectors
 
@@ -59,7 +59,7 @@ def test_slopes_of_a_lobe_are_those_of_small_steps(random, kind, numbers):
         pytest.skip("fibres have a direction")
     theta_i, theta_o = np.arccos(random.uniform(0.02, 1, (2, 500)))
     directions = theta_i, random.uniform(0, 7, 500), theta_o, random.uniform(0, 7, 500)
-    at, along = geometry(*directions), in_surface(*directions) if len(numbers) > 3 else None
+    at, along = geometry(*directions), surface_components(*directions) if len(numbers) > 3 else None
     value, slopes = lobe_with_slopes(kind, at, along, *numbers)
     np.testing.assert_array_equal(value, lobe(kind, at, along, *numbers))
     assert len(slopes) == len(numbers)

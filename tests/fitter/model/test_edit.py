@@ -44,10 +44,10 @@ def test_a_widened_ggx_is_the_ggx_of_that_width(random, width):
     """Its slopes scale, whatever the directions."""
     directions = random_pairs(random, 500, 1.2)
     unsplit = edit.Edit(np.ones(1), np.ones(1), np.full(1, 1e-12), width)
-    found = unsplit.widened(lambda *at: ggx(0.2, *at)[:, None], *directions)[:, 0]
+    found = unsplit.widen_highlight(lambda *at: ggx(0.2, *at)[:, None], *directions)[:, 0]
     h = vectors(*directions[:2]) + vectors(*directions[2:])
     # where neither direction comes to lie below the horizon, which moves it
-    turned, _ = edit.narrowed(*directions, width)
+    turned, _ = edit.narrow_directions(*directions, width)
     free = (turned[0] < 1.57) & (turned[2] < 1.57)
     assert free.sum() > 300
     assert (h[:, 2] > 0).all()
@@ -67,7 +67,7 @@ def test_both_directions_turn_with_the_half_vector(theta_i, phi_i, theta_o, phi_
     turn = np.arctan(run / h[2] / width) - np.arctan(run / h[2])
     rotation = Rotation.from_rotvec(turn * np.cross([0, 0, 1], h) / run)
     expected = rotation.apply([i, o])
-    found, _ = edit.narrowed(*directions, width)
+    found, _ = edit.narrow_directions(*directions, width)
     for at, each in zip(((found[0], found[1]), (found[2], found[3])), expected, strict=True):
         if each[2] > 1e-3:
             np.testing.assert_allclose(vectors(*at)[0], each, atol=2e-5)

@@ -183,7 +183,7 @@ def with_lobes():
 @pytest.mark.parametrize(("field", "constant"), [
     ("offset", "PRIOR_OFFSET"), ("ceiling", "PRIOR_CEILING"), ("kd", "PRIOR_KD"), ("ks", "PRIOR_LOBES"),
     ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("damping", "DAMPING"),
-    ("stretch", "STRETCH"), ("colour", "MIXTURE"), ("turn", "PRINCIPAL_TURN")])
+    ("stretch", "STRETCH"), ("colour", "MIXTURE"), ("turn", "PRINCIPAL_AZIMUTH")])
 def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes, field, constant, number):
     from dataclasses import replace
 

@@ -63,7 +63,7 @@ def test_the_ceiling_is_approached_smoothly(directions):
 def test_with_grey_negative_components_of_a_colour_have_a_logarithm(directions, random):
     prior = Microfacet(np.array([0.1, 0.2, 0.3]), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
     values = np.outer(0.1 + random.random(300), [-0.2, 1.0, 1.3])
-    transform = LogRelative(prior, 0.05, np.full(3, np.inf), grey=0.5)
+    transform = LogRelative(prior, 0.05, np.full(3, np.inf), desaturation=0.5)
     field = transform.field(values, *directions)
     mixed = 0.5 * values + 0.5 * values.mean(axis=1)[:, None]
     assert mixed.min() > 0

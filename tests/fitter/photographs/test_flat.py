@@ -197,7 +197,7 @@ def test_texels_that_start_from_coarser_ones_end_where_others_do(materials, monk
     monkeypatch.setattr(flat, "_COARSEST", 50)
     monkeypatch.setattr(flat, "_BLOCK", 100)
     told = []
-    with progress.listening(lambda fraction, doing: told.append(fraction)):
+    with progress.listen(lambda fraction, doing: told.append(fraction)):
         quick = fitter.maps_from_flat(shots, flat_scene.corners(), SHAPE, sample.fits)
     assert np.abs(quick.weights - whole.weights).mean() < 0.002
     apart = np.degrees(np.linalg.norm(quick.normals - whole.normals, axis=2))
@@ -209,7 +209,7 @@ def test_texels_that_start_from_coarser_ones_end_where_others_do(materials, monk
     def cancel(fraction, doing):
         if fraction > 0.5:
             raise InterruptedError
-    with progress.listening(cancel), pytest.raises(InterruptedError):
+    with progress.listen(cancel), pytest.raises(InterruptedError):
         fitter.maps_from_flat(shots, flat_scene.corners(), SHAPE, sample.fits)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.colours import linear_of_srgb
+from fitter.colours import decode_srgb
 from fitter.imaging.pictures import srgb
 from fitter.photographs import light
 from fitter.photographs.light import Exposure, exposure_of, flattened, merged, subtract_dark
@@ -46,7 +46,7 @@ def test_the_room_is_subtracted_and_vignetting_divided():
 
 
 def test_srgb_and_exposures():
-    np.testing.assert_allclose(srgb(linear_of_srgb(np.linspace(0, 1, 50))), np.linspace(0, 1, 50),
+    np.testing.assert_allclose(srgb(decode_srgb(np.linspace(0, 1, 50))), np.linspace(0, 1, 50),
                                atol=1e-6)
     assert exposure_of(0.1, 2.8, 200) == pytest.approx(0.1 / 7.84 * 2)
     with pytest.raises(fitter.DatasetError, match="0 s at f/1"):

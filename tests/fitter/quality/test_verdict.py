@@ -22,26 +22,26 @@ def white(values, theta_o=0.3):
     (1.0, 1000.0, 100.0)])
 def test_steps_are_those_of_cube_roots_as_far_as_screens_show_them(measured, predicted, expected):
     samples = white([measured])
-    assert verdict.steps(samples, white([predicted]).values) == pytest.approx(expected)
+    assert verdict.lightness_error(samples, white([predicted]).values) == pytest.approx(expected)
 
 
 def test_steps_do_not_depend_on_how_many_samples_agree_in_kind():
-    assert verdict.steps(white([0.125] * 7), white([0.216] * 7).values) == pytest.approx(10.0)
-    assert verdict.steps(white([0.125, 1]), white([0.216, 1]).values) == pytest.approx(10 / np.sqrt(2))
+    assert verdict.lightness_error(white([0.125] * 7), white([0.216] * 7).values) == pytest.approx(10.0)
+    assert verdict.lightness_error(white([0.125, 1]), white([0.216, 1]).values) == pytest.approx(10 / np.sqrt(2))
 
 
 def test_a_step_is_about_that_of_lightness():
     """Of CIELAB, L* = 116 Y^(1/3) - 16."""
     grey, lighter = 0.18, 0.20
     expected = 116 * (np.cbrt(lighter) - np.cbrt(grey))
-    assert verdict.steps(white([grey]), white([lighter]).values) == pytest.approx(expected, rel=0.2)
+    assert verdict.lightness_error(white([grey]), white([lighter]).values) == pytest.approx(expected, rel=0.2)
 
 
 def test_a_fit_of_what_it_can_hold_is_excellent_everywhere(random):
     theta_i, theta_o = 1.5 * np.sqrt(random.random((2, 300)))
     samples = Samples(theta_i, 0 * theta_i, theta_o, np.pi * random.random(300), np.full((300, 1), 0.1))
     made = prior.lambertian(np.array([[0.1]]))
-    judged = verdict.judge(samples, made, verdict.unseen(samples, lambda part: prior.lambertian(part.values)))
+    judged = verdict.judge(samples, made, verdict.unseen_error(samples, lambda part: prior.lambertian(part.values)))
     assert (judged.match, judged.between) == pytest.approx((0, 0), abs=1e-9)
     assert judged.farthest == pytest.approx(np.degrees(max(theta_i.max(), theta_o.max())))
     assert verdict.is_well(judged)
@@ -58,12 +58,12 @@ def test_what_a_fit_has_not_seen_is_predicted_not_repeated(random):
 
     theta_o = random.random(50)
     samples = Samples(0 * theta_o, 0 * theta_o, theta_o, 0 * theta_o, (1 / np.pi / np.cos(theta_o))[:, None])
-    assert verdict.steps(samples, ByHeart(samples).evaluate(*samples.directions)) == 0
-    assert verdict.unseen(samples, ByHeart) == pytest.approx(100)
+    assert verdict.lightness_error(samples, ByHeart(samples).evaluate(*samples.directions)) == 0
+    assert verdict.unseen_error(samples, ByHeart) == pytest.approx(100)
 
 
 def test_one_sample_says_nothing_of_others():
-    assert verdict.unseen(white([0.5]), lambda part: prior.lambertian(part.values)) == UNKNOWN
+    assert verdict.unseen_error(white([0.5]), lambda part: prior.lambertian(part.values)) == UNKNOWN
 
 
 def test_no_fit_is_better_between_its_samples_than_at_them():
@@ -80,7 +80,7 @@ def test_kriging_predicts_a_sample_from_the_others_alone(glossy, random):
     assert plain.left_out.shape == some.values.shape
     # its own value enters the prior alone, which all samples have
     assert abs(other.left_out[7] / plain.left_out[7] - 1) < 0.5
-    assert verdict.steps(some, plain.left_out) < 10
+    assert verdict.lightness_error(some, plain.left_out) < 10
 
 
 @pytest.mark.parametrize(("found", "text"), [
@@ -120,7 +120,7 @@ def test_the_share_of_a_ball_that_is_a_guess_is_counted_on_a_ball(random):
     light = np.arcsin(np.sqrt(random.random(len(view))))        # as the cosine weighs it
     beyond = (np.degrees(view) > 75) | (np.degrees(light) > 60)
     judged = Verdict(0.1, UNKNOWN, 75.0, 5.0, 60.0)
-    assert verdict.guessed(judged) == pytest.approx(beyond.mean(), abs=0.004)
+    assert verdict.extrapolated_share(judged) == pytest.approx(beyond.mean(), abs=0.004)
     assert verdict.line(judged).endswith("the rim is a guess (30 % of a ball)")
     assert not verdict.is_well(judged)
     assert verdict.is_well(Verdict(0.1, UNKNOWN, 85.0, 5.0, 85.0))
@@ -132,9 +132,9 @@ def test_what_shows_nothing_is_not_judged(value):
     samples = white(np.full(40, value))
     judged = verdict.judge(samples, prior.lambertian(samples.values), 0.1)
     assert (judged.match, judged.between) == (UNKNOWN, UNKNOWN)
-    assert verdict.unseen(samples, lambda part: prior.lambertian(part.values)) == UNKNOWN
+    assert verdict.unseen_error(samples, lambda part: prior.lambertian(part.values)) == UNKNOWN
     assert not verdict.is_well(judged)
-    assert verdict.at_samples(judged).is_bad
+    assert verdict.match_message(judged).is_bad
     assert not any(grade in verdict.sentence(judged) + verdict.line(judged) for grade in verdict.GRADES)
 
 
@@ -148,14 +148,14 @@ def test_a_black_channel_is_judged_with_the_others():
 def test_a_fold_that_shows_nothing_says_nothing_of_what_lies_between():
     values = np.full(50, -0.01)
     values[next(k for k in range(50) if k not in verdict.folds(50)[0])] = 0.5
-    assert verdict.unseen(white(values), lambda part: prior.lambertian(part.values)) == UNKNOWN
+    assert verdict.unseen_error(white(values), lambda part: prior.lambertian(part.values)) == UNKNOWN
 
 
 @pytest.mark.parametrize("error", [UNKNOWN, float("nan")])
 @pytest.mark.parametrize("limits", [verdict.MATCH_LIMITS, verdict.BETWEEN_LIMITS, verdict.PREDICTED_LIMITS])
 def test_no_error_has_no_grade(error, limits):
     assert verdict.grade(error, limits) == verdict.UNJUDGED
-    assert verdict.judged("It", error, limits).is_bad
+    assert verdict.grade_message("It", error, limits).is_bad
 
 
 @pytest.mark.parametrize(("missed", "text", "bad"), [
@@ -163,6 +163,6 @@ def test_no_error_has_no_grade(error, limits):
     (3.83, "predicted within 383.0%: poor. So the photographs are not predicted", True),
     (float("nan"), "a.exr shows is dark: not judged", True)])
 def test_a_predicted_photograph_in_words(missed, text, bad):
-    found = verdict.predicted("a.exr", missed)
+    found = verdict.prediction_message("a.exr", missed)
     assert text in found.words
     assert found.is_bad is bad

@@ -1,25 +1,32 @@
-/* The remainder: what the fit has besides a mixture below it and the lobes at lamps, carried by one sampled direction. */
+/* Residual sampling: the fit less a mixture below it and the light lobes, carried by one sampled direction. */
+
+#include "fit.h"
+#include "mixture.h"
+#include "lamps.h"
+#include "light_lobes.h"
+#include "random.h"
+#include "shading_frame.h"
 
 /* How a sample of a shading point carries it. */
-struct RemainderPlan {
+struct ResidualPlan {
   int sampled;              /* whether this sample has a direction */
   float probability;        /* with which it has */
-  float toward_lamp;        /* the share of the directions that are taken about a lamp */
+  float toward_lamp;        /* the selection probability of directions about a lamp */
 };
 
-RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
+ResidualPlan plan_residual(Mixture mixture, LampList lamps, point seed)
 {
-  RemainderPlan plan;
+  ResidualPlan plan;
   float largest = largest_radius(lamps);
   float size = min(largest / LARGE_LAMP_RADIUS, 1.0);
   plan.probability = max(mixture.probability, size);
   plan.toward_lamp = largest > 0.0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
-  plan.sampled = random(seed, RANDOM_REMAINDER) < plan.probability;
+  plan.sampled = random(seed, RANDOM_RESIDUAL) < plan.probability;
   return plan;
 }
 
 /* A direction, from the mixture or about a lamp. */
-vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, point seed)
+vector sample_residual(Mixture mixture, LampList lamps, ResidualPlan plan, point seed)
 {
   vector wi;
   if (random(seed, RANDOM_TOWARD_LAMP) < plan.toward_lamp) {
@@ -33,7 +40,7 @@ vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, poi
 }
 
 /* The sum of the channels. */
-float sum_of(color c)
+float channel_sum(color c)
 {
   return c[0] + c[1] + c[2];
 }
@@ -44,37 +51,38 @@ float sum_of(color c)
  * share of that, and is followed as often as the correction is large in the channel that loses most, so that no sample
  * takes away more than others show of the whole lamp. Elsewhere it takes nothing away, as a direction that meets a light
  * by chance would leave a black pixel: what the mixture has above the fit is given less of what is left instead. */
-closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
-                                RemainderPlan plan, ShadingFrame frame, color tint)
+closure color residual_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LightLobes lobes,
+                               ResidualPlan plan, ShadingFrame frame, color tint)
 {
   int last = all.count - 1;
   vector wi = all.direction[last];
   color lobed = eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
-  color value = all.left[last] - lobed;
-  float density = (1.0 - plan.toward_lamp) * all.density;
+  color value = all.residual[last] - lobed;
+  float pdf = (1.0 - plan.toward_lamp) * all.pdf;
   if (plan.toward_lamp > 0.0) {
-    density += plan.toward_lamp * pdf_lamps(lamps, wi);
+    pdf += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
-  density *= plan.probability;
+  pdf *= plan.probability;
   float corrected = 0.0;
   float solid_angle;
-  float above = lamp_above(lamps, wi, solid_angle);
+  float above = visible_lamp_fraction(lamps, wi, solid_angle);
   if (above > 0.0) {
     color shown = all.mixed[last] + lobed;
     value = max(value, -MOST_CORRECTED * above * shown);
-    if (sum_of(fabs(value)) < NEGLIGIBLE * sum_of(shown)) {
+    if (channel_sum(fabs(value)) < NEGLIGIBLE * channel_sum(shown)) {
       value = 0.0;
     }
     /* what other samples show of the whole lamp, in the mean */
-    color whole = shown * (solid_angle * density);
-    corrected = min(max(largest(-value / whole), sum_of(fabs(value)) / max(sum_of(whole), LEAST_WEIGHT)), 1.0);
+    color whole = shown * (solid_angle * pdf);
+    corrected = min(max(largest(-value / whole),
+                        channel_sum(fabs(value)) / max(channel_sum(whole), LEAST_WEIGHT)), 1.0);
     value = max(value, -corrected * whole);
   }
   else {
-    value = mixture.balance * max(all.left[last], 0.0) - lobed;
+    value = mixture.balance * max(all.residual[last], 0.0) - lobed;
   }
   vector half = normalize(mixture.wo + wi);
-  color carried = value / density;
+  color carried = value / pdf;
   /* in the mean the weights of all closures are the albedo of the fit, which is the denoiser's */
   color spent = 0.0;
   for (int k = 0; k < LOBES; k++) {
@@ -82,31 +90,31 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   }
   color usual = max(mixture.albedo - spent, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
   /* what carries more is followed more often */
-  float size = sum_of(fabs(carried)) * plan.probability / max(sum_of(mixture.left), LEAST_WEIGHT);
+  float size = channel_sum(fabs(carried)) * plan.probability / max(channel_sum(mixture.residual), LEAST_WEIGHT);
   color weight = max(size * usual, mixture.albedo * corrected);
   weight = max(weight, color(max(LEAST_COLOUR * largest(weight), LEAST_WEIGHT)));
-  color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
+  color colour = carried / weight * ((RESIDUAL_EXPONENT + 1.0) / ((RESIDUAL_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];
   for (int j = 0; j < KNOTS; j++) {
     ramp[j] = colour;
   }
   color tinted = weight * tint;
-  return tinted * phong_ramp(to_world(frame, half), REMAINDER_EXPONENT, ramp);
+  return tinted * phong_ramp(to_world(frame, half), RESIDUAL_EXPONENT, ramp);
 }
 
-/* What the fit has besides a mixture below it: lobes at lamps, and a direction in some samples. A direction needs no
+/* What the fit has besides a mixture below it: light lobes, and a direction in some samples. A direction needs no
  * closure where the lobe of a small lamp carries everything. `crowded` is whether there may be more lamps than lobes, a
  * constant, as code takes time to compile. */
-closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int crowded, int frugal,
+closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int crowded, int closure_limited,
                              ShadingFrame frame, color tint, point seed, Mixture mixture)
 {
-  RemainderPlan plan = plan_remainder(mixture, lamps, seed);
+  ResidualPlan plan = plan_residual(mixture, lamps, seed);
   Evaluated all;
-  LampLobes lobes;
-  int many = crowded && lamps.count > most_lobes(frugal);
+  LightLobes lobes;
+  int many = crowded && lamps.count > max_light_lobes(closure_limited);
   float times[MAX_LAMPS];
   if (many) {
-    sample_lobes(lamps, frugal, seed, times);
+    sample_lobes(lamps, closure_limited, seed, times);
     needed_lobes(lamps, times, all.needed);
   }
   for (int i = 0; i < lamps.count; i++) {
@@ -120,17 +128,17 @@ closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, 
   all.count = last + 1;
   all.needed[last] = 0;
   if (plan.sampled) {
-    all.direction[last] = sample_remainder(mixture, lamps, plan, seed);
-    all.needed[last] = all.direction[last][2] >= HORIZON && !covered_by_lobe(lamps, all.direction[last]);
+    all.direction[last] = sample_residual(mixture, lamps, plan, seed);
+    all.needed[last] = all.direction[last][2] >= HORIZON && !lobe_covers(lamps, all.direction[last]);
   }
   evaluate_all(FIT, mixture, all);
-  fit_lamp_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
+  fit_light_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
   if (many) {
-    keep_taken(lobes);
+    keep_sampled_lobes(lobes);
   }
-  closure color sum = lamp_lobe_closures(FLAT_RAMP, lobes, frame, tint);
+  closure color sum = light_lobe_closures(FLAT_RAMP, lobes, frame, tint);
   if (all.needed[last]) {
-    sum += remainder_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, frame, tint);
+    sum += residual_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, frame, tint);
   }
   return sum;
 }

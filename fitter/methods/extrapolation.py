@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, selected
-from ..coordinates import between
+from ..arrays import BoolArray, Directions, FloatArray, select_directions
+from ..coordinates import direction_sampling
 from ..samples import HORIZON, Samples
 from ..shader_constants import LEAST_LENGTH
 
@@ -24,37 +24,37 @@ _FAR = np.radians(3)        # over which the colour of a process becomes that of
 _MARGIN = np.radians(0.5)   # beyond the last angle that count as measured
 
 
-class Reach(NamedTuple):
+class MeasuredDomain(NamedTuple):
     """How far measurements go: the larger and the smaller of the largest angles of both directions, radians."""
 
     larger: float
     smaller: float
 
 
-def reach(samples: Samples) -> Reach:
+def measured_domain(samples: Samples) -> MeasuredDomain:
     """How far samples go."""
     smaller, larger = sorted((float(samples.theta_i.max()), float(samples.theta_o.max())))
-    return Reach(larger + _MARGIN, smaller + _MARGIN)
+    return MeasuredDomain(larger + _MARGIN, smaller + _MARGIN)
 
 
-def are(theta_i: FloatArray, theta_o: FloatArray, limits: Reach) -> BoolArray:
+def is_extrapolated(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDomain) -> BoolArray:
     """Whether pairs of directions are beyond what was measured; by reciprocity either may be the light's."""
     return np.asarray((np.maximum(theta_i, theta_o) > limits.larger) | (np.minimum(theta_i, theta_o) > limits.smaller))
 
 
-def are_of_any(theta_i: FloatArray, theta_o: FloatArray, limits: Iterable[Reach]) -> BoolArray:
+def is_extrapolated_in_any(theta_i: FloatArray, theta_o: FloatArray, limits: Iterable[MeasuredDomain]) -> BoolArray:
     """Whether pairs of directions, (n,) radians each, are beyond what was measured of any of several materials."""
     none: BoolArray = np.zeros(len(theta_i), dtype=bool)
-    return reduce(np.logical_or, (are(theta_i, theta_o, each) for each in limits), none)
+    return reduce(np.logical_or, (is_extrapolated(theta_i, theta_o, each) for each in limits), none)
 
 
-def directions(limits: Reach, isotropic: bool) -> Directions:
+def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:
     """Directions that are beyond, at most `_DIRECTIONS` of them: four (n,) arrays, radians."""
-    every = between.directions(_DIRECTIONS, isotropic)
-    return selected(every, are(every[0], every[2], limits))
+    every = direction_sampling.sample_directions(_DIRECTIONS, isotropic)
+    return select_directions(every, is_extrapolated(every[0], every[2], limits))
 
 
-def held(pairs: Directions, limits: Reach) -> Directions:
+def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
     """The nearest directions within that have the same half vectors, as far as there are any; (n,) each, radians."""
     first, second = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
                      for theta, phi in (pairs[:2], pairs[2:]))
@@ -71,38 +71,39 @@ def held(pairs: Directions, limits: Reach) -> Directions:
     apart /= np.maximum(np.linalg.norm(apart, axis=1, keepdims=True), LEAST_LENGTH)
     low, high = np.zeros(len(half)), np.arcsin(np.minimum(sine[:, 0], 1))
 
-    def at(angle: FloatArray) -> Directions:
+    def pair_at(angle: FloatArray) -> Directions:
         both = [np.cos(angle)[:, None] * half + sign * np.sin(angle)[:, None] * apart for sign in (1, -1)]
         angles = [(np.arctan2(np.hypot(w[:, 0], w[:, 1]), w[:, 2]), np.arctan2(w[:, 1], w[:, 0])) for w in both]
         return *angles[0], *angles[1]
 
     for _ in range(_STEPS):
         middle = (low + high) / 2
-        theta_i, _, theta_o, _ = at(middle)
-        out = are(theta_i, theta_o, limits)
+        theta_i, _, theta_o, _ = pair_at(middle)
+        out = is_extrapolated(theta_i, theta_o, limits)
         low, high = np.where(out, low, middle), np.where(out, middle, high)
-    theta_i, phi_i, theta_o, phi_o = at(low)
+    theta_i, phi_i, theta_o, phi_o = pair_at(low)
     return np.minimum(theta_i, HORIZON), phi_i, np.minimum(theta_o, HORIZON), phi_o
 
 
-def far(theta_i: FloatArray, theta_o: FloatArray, limits: Reach) -> FloatArray:
+def extrapolation_distance(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDomain) -> FloatArray:
     """How far pairs are beyond, from 0 at the last angles to 1 at `_FAR` from them, so that there is no kink: (n,)."""
     larger = np.maximum(theta_i, theta_o) - limits.larger
     smaller = np.minimum(theta_i, theta_o) - limits.smaller
     return np.clip(np.maximum(larger, smaller) / _FAR, 0, 1)
 
 
-def coloured_as(there: FloatArray, continued: FloatArray) -> FloatArray:
+def transfer_colour(there: FloatArray, continued: FloatArray) -> FloatArray:
     """A field with the differences between channels that it has elsewhere: (n, channels) each."""
     return there + continued.mean(axis=1, keepdims=True) - there.mean(axis=1, keepdims=True)
 
 
-def guess(continued: FloatArray, there: FloatArray) -> FloatArray:
-    """The field beyond, of what it was continued to be and of what it is at the directions `held`: (n, channels).
+def extrapolate(continued: FloatArray, there: FloatArray) -> FloatArray:
+    """The extrapolated field: the smaller of that at the clamped directions and the continued one, with the colour of
+    the first, (n, channels) each.
 
     Examples
     --------
-    >>> guess(np.array([[0.0, 1.0], [3.0, 5.0]]), np.array([[1.0, 2.0], [1.0, 2.0]])).tolist()
+    >>> extrapolate(np.array([[0.0, 1.0], [3.0, 5.0]]), np.array([[1.0, 2.0], [1.0, 2.0]])).tolist()
     [[0.0, 1.0], [1.0, 2.0]]
     """
-    return np.minimum(coloured_as(there, continued), there)
+    return np.minimum(transfer_colour(there, continued), there)

@@ -1,9 +1,15 @@
-/* Lobes at lamps: phong_ramps that are flat over a lamp's disk, and carry there what the mixture misses of the fit. */
+/* Light lobes: phong_ramps that are aligned with a lamp and flat over its disk, and carry there the residual of the
+ * mixture. */
+
+#include "fit.h"
+#include "mixture.h"
+#include "lamps.h"
+#include "shading_frame.h"
 
 #define LAST_KNOT (KNOTS - 1.0)
 #define LOBE_FLAT (LOBE_EDGE_KNOT / LAST_KNOT)      /* a lobe is flat where it has not fallen further */
 
-struct LampLobes {
+struct LightLobes {
   vector axis[MAX_LAMPS];
   float exponent[MAX_LAMPS];
   color height[MAX_LAMPS];              /* of the value along the axis */
@@ -26,7 +32,7 @@ float lobe_falloff(vector axis, float exponent, vector w)
 }
 
 /* The sum of all lobes in a direction: what Cycles makes of them. */
-color eval_lobes(float FLAT_RAMP[], LampLobes lobes, vector wo, vector w)
+color eval_lobes(float FLAT_RAMP[], LightLobes lobes, vector wo, vector w)
 {
   color sum = 0.0;
   for (int i = 0; i < lobes.count; i++) {
@@ -42,7 +48,7 @@ color eval_lobes(float FLAT_RAMP[], LampLobes lobes, vector wo, vector w)
 }
 
 /* Whether a direction is in the flat part of the lobe of a small lamp, which alone renders that lamp. */
-int covered_by_lobe(LampList lamps, vector w)
+int lobe_covers(LampList lamps, vector w)
 {
   for (int i = 0; i < lamps.count; i++) {
     if (lamps.radius[i] < SMALL_LAMP_RADIUS &&
@@ -62,14 +68,14 @@ int has_lobe(LampList lamps, int lamp)
 /* Take some of the lamps by systematic sampling, in proportion to their light. `times` is what a lamp's lobe is
  * multiplied by: how often the lamp is taken, over how often that is expected. Where few closures fit, no light is left
  * to lamps that have no lobe. */
-void sample_lobes(LampList lamps, int frugal, point seed, output float times[MAX_LAMPS])
+void sample_lobes(LampList lamps, int closure_limited, point seed, output float times[MAX_LAMPS])
 {
   float all_light = 0.0;
   for (int i = 0; i < lamps.count; i++) {
-    times[i] = frugal ? lamps.light[i] * has_lobe(lamps, i) : lamps.light[i];
+    times[i] = closure_limited ? lamps.light[i] * has_lobe(lamps, i) : lamps.light[i];
     all_light += times[i];
   }
-  float stride = all_light / (frugal ? FRUGAL_LOBES : SAMPLED_LOBES);
+  float stride = all_light / (closure_limited ? CLOSURE_LIMITED_LOBES : SAMPLED_LOBES);
   float next = stride * random(seed, RANDOM_LOBES);
   float passed = 0.0;
   for (int i = 0; i < lamps.count; i++) {
@@ -104,7 +110,7 @@ void needed_lobes(LampList lamps, float times[MAX_LAMPS], output int needed[DIRE
 }
 
 /* Leave only the lobes of the lamps that were taken. */
-void keep_taken(output LampLobes lobes)
+void keep_sampled_lobes(output LightLobes lobes)
 {
   int kept = 0;
   for (int i = 0; i < lobes.count; i++) {
@@ -125,8 +131,8 @@ struct Evaluated {
   int needed[DIRECTIONS];
   vector direction[DIRECTIONS];
   color mixed[DIRECTIONS];              /* the mixture */
-  color left[DIRECTIONS];               /* times cos theta_i */
-  float density;                        /* with which `sample_mixture` returns the last one */
+  color residual[DIRECTIONS];           /* times cos theta_i */
+  float pdf;                            /* with which `sample_mixture` returns the last one */
 };
 
 /* Evaluate it, in one place, as a compiler makes code of all that a function calls. `needed` is given. */
@@ -135,9 +141,9 @@ void evaluate_all(FIT_PARAMETERS, Mixture mixture, output Evaluated all)
   for (int i = 0; i < all.count; i++) {
     if (all.needed[i]) {
       vector w = all.direction[i];
-      color mixed = eval_mixture(mixture, w, all.density);
+      color mixed = eval_mixture(mixture, w, all.pdf);
       all.mixed[i] = mixed;
-      all.left[i] = eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2] - mixed;
+      all.residual[i] = eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2] - mixed;
     }
   }
 }
@@ -145,8 +151,8 @@ void evaluate_all(FIT_PARAMETERS, Mixture mixture, output Evaluated all)
 /* The lobes at the lamps, or at some of many: as high as what is left in the middle of the lamp. Those of lamps that are
  * not small reflect no more than all that is left, as a peak may be narrower than the lamp, and take away no more than a
  * share of the mixture, as toward the lamp's edge that may be less. */
-void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mixture, float times[MAX_LAMPS],
-                    output LampLobes lobes)
+void fit_light_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mixture, float times[MAX_LAMPS],
+                     output LightLobes lobes)
 {
   vector wo = mixture.wo;
   lobes.count = 0;
@@ -154,9 +160,10 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
     if (all.needed[i]) {
       vector l = lamps.direction[i];
       float radius = lamps.radius[i];
-      color height = all.left[i];
+      color height = all.residual[i];
       if (radius >= SMALL_LAMP_RADIUS) {
-        height = clamp(height, -MOST_TAKEN * all.mixed[i], mixture.left * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
+        height = clamp(height, -MOST_TAKEN * all.mixed[i],
+                       mixture.residual * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
         /* over a lamp near the horizon the fit falls to 0 */
         float raised = min(l[2] / (LOBE_RAISED * sin(radius)), 1.0);
         height *= raised * raised;
@@ -176,13 +183,13 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mi
 
 /* A lobe is hardly ever followed: Cycles finds lamps by sampling them, and the weights of all closures are the denoiser's
  * albedo. */
-closure color lamp_lobe_closures(float FLAT_RAMP[], LampLobes lobes, ShadingFrame frame, color tint)
+closure color light_lobe_closures(float FLAT_RAMP[], LightLobes lobes, ShadingFrame frame, color tint)
 {
   closure color sum = 0;
   for (int i = 0; i < lobes.count; i++) {
     vector half = normalize(frame.wo + lobes.axis[i]);
     color height = lobes.height[i];
-    float weight = LAMP_LOBE_WEIGHT;
+    float weight = LIGHT_LOBE_WEIGHT;
     color top = height * (M_2PI / (weight * dot(half, lobes.axis[i]) * (lobes.exponent[i] + 2.0)));
     color ramp[KNOTS];
     for (int j = 0; j < KNOTS; j++) {

@@ -23,7 +23,7 @@ _DARK = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Views:
+class OutgoingDirections:
     """What is seen from polar angles of the viewer, each with azimuths: one of an isotropic fit.
 
     Attributes
@@ -45,7 +45,7 @@ class Views:
     """
 
     theta: FloatArray
-    phases: FloatArray
+    azimuthal_basis: FloatArray
     pairs: Pairs
     solid_angle: RealArray
     target: RealArray
@@ -54,10 +54,10 @@ class Views:
     @cached_property
     def albedo(self) -> FloatArray:
         """The reflected share of an even light: (views, azimuths, channels)."""
-        return self.reflected(self.target)
+        return self.reflected_light(self.target)
 
     @cached_property
-    def light(self) -> FloatArray:
+    def brightness(self) -> FloatArray:
         """The mean over the azimuths of the sum over the channels of the albedo: (views,)."""
         return np.maximum(self.albedo.mean(axis=1).sum(axis=-1), _DARK)
 
@@ -69,10 +69,10 @@ class Views:
     @cached_property
     def weight(self) -> RealArray:
         """Solid angle and importance of the target's rows, in the light: (views, channels, azimuths, n)."""
-        share = self.solid_angle / self.light[:, None, None]
+        share = self.solid_angle / self.brightness[:, None, None]
         return np.asarray(self.importance * share.astype(self.target.dtype)[:, None])
 
-    def reflected(self, radiance: RealArray) -> FloatArray:
+    def reflected_light(self, radiance: RealArray) -> FloatArray:
         """The sum over the hemisphere: (views, channels, azimuths, n) to (views, azimuths, channels)."""
         return np.asarray(np.einsum("van,vcan->vac", self.solid_angle, radiance), dtype=float)
 
@@ -84,22 +84,23 @@ class Views:
         whole = np.concatenate([values, (values[..., None, :] @ solid_angle)[..., 0], weights[..., None]], axis=-1)
         return whole.reshape(*values.shape[:-2], -1)
 
-    def only(self, views: slice, directions: slice) -> "Views":
+    def select(self, views: slice, directions: slice) -> "OutgoingDirections":
         """Some of the views and directions; these stand for those that are left out."""
         count = self.solid_angle.shape[2]
         scale = count / len(range(count)[directions])
         chosen = (np.ascontiguousarray(each[views, ..., directions])
                   for each in (self.solid_angle * self.solid_angle.dtype.type(scale), self.target, self.importance))
-        return Views(self.theta[views], self.phases, self.pairs.only(views, directions), *chosen)
+        pairs = self.pairs.select(views, directions)
+        return OutgoingDirections(self.theta[views], self.azimuthal_basis, pairs, *chosen)
 
-    def misplaced(self, radiance: RealArray) -> FloatArray:
+    def directional_error(self, radiance: RealArray) -> FloatArray:
         """The share of the light that an approximation, (views, channels, azimuths, n), reflects in wrong directions:
         (views,)."""
         difference = np.abs(self.target - radiance).sum(axis=1)
-        return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.light)
+        return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.brightness)
 
 
-def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
+def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
     """The views of a fit, of which only `evaluate` is used.
 
     Parameters
@@ -115,7 +116,7 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
         With one view between any two that nodes tabulate: every other one is tabulated.
     """
     if turn is None:
-        theta = direction_grid.views(between=1)
+        theta = direction_grid.outgoing_angles(between=1)
         grids = [direction_grid.grid(angle) for angle in theta]
         to = Directions(*(np.stack(arrays)[:, None] for arrays in zip(*grids, strict=True)))
         phi_o, phases = np.zeros((1,)), np.ones((1, 1))
@@ -123,9 +124,9 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
         theta = GRAZING * (1 - np.linspace(1, 0, 2 * _POLAR - 1) ** 1.5)
         phi_o = np.arange(_AZIMUTHS) * 2 * np.pi / _AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
-        grids = [half_vector_grid.grid(half_vector_grid.outgoing(angle, phi_o), stretch) for angle in theta]
+        grids = [half_vector_grid.grid(half_vector_grid.unit_vectors(angle, phi_o), stretch) for angle in theta]
         to = Directions(*(np.stack(arrays) for arrays in zip(*grids, strict=True)))
-    wo = half_vector_grid.outgoing(theta[:, None], phi_o)
+    wo = half_vector_grid.unit_vectors(theta[:, None], phi_o)
     above, turned = to.solid_angle > 0, turn or 0.0
     outgoing = [np.broadcast_to(angle, above.shape)[above] for angle in (theta[:, None, None], phi_o[:, None] + turned)]
     value = fit.evaluate(to.theta[above], to.phi[above] + turned, *outgoing)
@@ -135,8 +136,8 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
     # a microfacet lobe is symmetric about the plane of the viewer or, of an anisotropic fit, about the principal axes
     tangent = np.broadcast_to([1.0, 0.0, 0.0], wo.shape)
     solid_angle = to.solid_angle.astype(np.float32)
-    return Views(theta, phases, Pairs.make(wo, to.unit, tangent).single(), solid_angle, target,
-                 _importance(target, solid_angle))
+    return OutgoingDirections(theta, phases, Pairs.make(wo, to.unit, tangent).to_single(), solid_angle, target,
+                              _importance(target, solid_angle))
 
 
 def _importance(target: RealArray, solid_angle: RealArray) -> RealArray:

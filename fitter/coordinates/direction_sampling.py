@@ -17,14 +17,14 @@ _LOWEST = np.radians(0.1)   # from the horizon, where f is not defined
 _SEED = 2018
 
 
-def directions(count: int, isotropic: bool = True) -> Directions:
+def sample_directions(count: int, isotropic: bool = True) -> Directions:
     """Directions at which a function is sampled, at most `count` of them: four (n,) arrays, radians, always the same.
 
     Those of an isotropic material have phi_i = 0, and lie on one side of the plane of incidence.
 
     Examples
     --------
-    >>> theta_i, phi_i, theta_o, phi_o = directions(1000)
+    >>> theta_i, phi_i, theta_o, phi_o = sample_directions(1000)
     >>> 900 < len(theta_i) <= 1000, float(phi_i.max()), bool((phi_o >= 0).all())
     (True, 0.0, True)
     """
