@@ -23,8 +23,8 @@ from fitter.methods import energy, gaussian_process, lattices, prior
 FILES = ("cornell/krylon_blue_RGB.astm", "cornell/garnet_red_RGB.astm", "cornell/cayman.astm", "rgl/chm_mint_rgb.bsdf")
 RUNS = 5
 STEPS = {"prior": [(prior, "candidates")], "search": [(gaussian_process.Search, "maximise"), (lattices, "likelihoods")],
-         "lattices": [(lattices, "fit_to_field"), (lattices, "fit_to_samples")], "energy": [(energy, "conserve_energy")],
-         "closures": [(node_mixture, "node_mixtures")]}
+         "lattices": [(lattices, "fit_to_field"), (lattices, "fit_to_samples")],
+         "energy": [(energy, "conserve_energy")], "closures": [(node_mixture, "node_mixtures")]}
 
 
 def seconds(path):
