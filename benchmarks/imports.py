@@ -24,8 +24,7 @@ FILES = ("cornell/krylon_blue_RGB.astm", "cornell/garnet_red_RGB.astm", "cornell
 RUNS = 5
 STEPS = {"prior": [(prior, "candidates")], "search": [(gaussian_process.Search, "maximise"), (lattices, "likelihoods")],
          "lattices": [(lattices, "fit_to_field"), (lattices, "fit_to_samples")],
-         "energy": [(energy, "conserve_energy")],
-         "closures": [(node_mixture, "node_mixtures")]}
+         "energy": [(energy, "conserve_energy")], "closures": [(node_mixture, "node_mixtures")]}
 
 
 def seconds(path):

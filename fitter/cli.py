@@ -21,7 +21,7 @@ from . import (
 )
 from . import fit as fit_samples
 from .colours import COLOURS
-from .colours import DEFAULT as DEFAULT_COLOURS
+from .colours import DEFAULT_COLOURS as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .errors import printable
 from .formats import KNOWN_FILES, list_samples, reading, saved_samples

@@ -13,7 +13,7 @@ from .arrays import ArrayLike, FloatArray
 
 _Chromaticity = tuple[float, float]
 
-DEFAULT = "Rec.709"
+DEFAULT_COLOURS = "Rec.709"
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
@@ -53,7 +53,7 @@ def matrix_from_primaries(primaries: Sequence[_Chromaticity], white: _Chromatici
     return np.asarray(columns * np.linalg.solve(columns, _xyz(white)))
 
 
-def conversion_from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, target: str = DEFAULT,
+def conversion_from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, target: str = DEFAULT_COLOURS,
                               ) -> FloatArray:
     """The matrix to one of `COLOURS` from the space with these chromaticities: (3, 3). White stays white.
 

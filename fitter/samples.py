@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray
-from .colours import COLOURS, DEFAULT
+from .colours import COLOURS, DEFAULT_COLOURS
 from .errors import DatasetError
 from .optics.subsurface import Subsurface
 
@@ -88,7 +88,7 @@ class Samples:
     name: str = "untitled"
     source: str = ""
     notes: tuple[str, ...] = ()
-    colours: str = DEFAULT
+    colours: str = DEFAULT_COLOURS
     deviation: FloatArray | None = None
     isotropic: bool = True
     saturated: BoolArray | None = None
@@ -108,7 +108,7 @@ class Samples:
             raise self._error(f"the colour space {self.colours!r} found, expected one of {', '.join(COLOURS)}")
         self._freeze("values", values)
         for field in ("theta_i", "phi_i", "theta_o", "phi_o"):
-            angle = self._checked(field, _unchangeable(getattr(self, field)))
+            angle = self._check_array(field, _unchangeable(getattr(self, field)))
             if field.startswith("theta"):
                 beyond = np.flatnonzero((angle < 0) | (angle > HORIZON + ROUNDING))
                 if len(beyond):
@@ -122,18 +122,18 @@ class Samples:
                                       f"{LARGEST_AZIMUTH:,.0f} radians")
             self._freeze(field, angle)
         if self.deviation is not None:
-            deviation = self._checked("deviation", _unchangeable(self.deviation))
+            deviation = self._check_array("deviation", _unchangeable(self.deviation))
             if (deviation < 0).any():
                 raise self._error("deviation holds numbers below 0")
             self._freeze("deviation", deviation)
         if self.saturated is not None:
-            self._freeze("saturated", self._checked("saturated", np.array(self.saturated, dtype=bool)))
+            self._freeze("saturated", self._check_array("saturated", np.array(self.saturated, dtype=bool)))
         object.__setattr__(self, "channels", tuple(map(str, self.channels)))
 
     def _error(self, message: str) -> DatasetError:
         return DatasetError(message, self.source or None)
 
-    def _checked(self, field: str, array: _Array) -> _Array:
+    def _check_array(self, field: str, array: _Array) -> _Array:
         if array.shape != (len(self.values),):
             raise self._error(f"{field} has the shape {array.shape}, expected ({len(self.values)},)")
         return array

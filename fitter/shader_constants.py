@@ -33,7 +33,7 @@ STEEPEST_FACET = 80.0
 # osl/coordinates.h).
 
 # The largest value of the field: exp(40), the factor on the prior, is still a number in single precision.
-STEEPEST = 40.0
+LARGEST_EXPONENT = 40.0
 # Control points of the factor of a polar angle by which a fit conserves energy.
 DAMPING_KNOTS = 33
 # Added to the denominator of the microfacet visibility, so that it stays finite where both directions graze.
@@ -161,7 +161,7 @@ LEAST_NORMAL = 1e-3
 # A tangent that is shorter has no direction, and any other will do (numerical).
 LEAST_TANGENT = 1e-6
 # Directions whose cosine is lower count as below the horizon: 0.006 degrees.
-HORIZON = 1e-4
+LEAST_HORIZON_COSINE = 1e-4
 # From this cosine on an axis counts as nearly parallel to the normal (numerical).
 NEARLY_PARALLEL = 0.9
 

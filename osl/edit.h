@@ -16,7 +16,7 @@ vector rotate_in_plane(vector w, vector axis, float cosine, float sine)
 {
   float before = dot(w, axis);
   vector moved = w + (before * cosine + w[2] * sine - before) * axis;
-  moved[2] = max(w[2] * cosine - before * sine, HORIZON);
+  moved[2] = max(w[2] * cosine - before * sine, LEAST_HORIZON_COSINE);
   return normalize(moved);
 }
 

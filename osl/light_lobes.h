@@ -62,7 +62,7 @@ int lobe_covers(LampList lamps, vector w)
 /* Whether a lamp has a lobe. */
 int has_lobe(LampList lamps, int lamp)
 {
-  return lamps.radius[lamp] < MAX_LOBE_RADIUS && lamps.direction[lamp][2] > HORIZON;
+  return lamps.radius[lamp] < MAX_LOBE_RADIUS && lamps.direction[lamp][2] > LEAST_HORIZON_COSINE;
 }
 
 /* Take some of the lamps by systematic sampling, in proportion to their light. `times` is what a lamp's lobe is

@@ -129,7 +129,7 @@ closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, 
   all.needed[last] = 0;
   if (plan.sampled) {
     all.direction[last] = sample_residual(mixture, lamps, plan, seed);
-    all.needed[last] = all.direction[last][2] >= HORIZON && !lobe_covers(lamps, all.direction[last]);
+    all.needed[last] = all.direction[last][2] >= LEAST_HORIZON_COSINE && !lobe_covers(lamps, all.direction[last]);
   }
   evaluate_all(FIT, mixture, all);
   fit_light_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);

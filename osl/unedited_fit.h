@@ -85,7 +85,7 @@ VALUE eval_measured(FIT_PARAMETERS, vector wi, vector wo)
   f += eval_sparse_lattice(SPECULAR, OCCUPANCY, DISPLACEMENT, SPECULAR_CELLS, mu);
 #endif
 #if LOG_RELATIVE
-  f = (eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET;
+  f = (eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(LARGEST_EXPONENT))) - PRIOR_OFFSET;
   f /= smooth_max_one(largest(color(f / VALUE(PRIOR_CEILING))));
 #  if DESATURATED
   f += RESATURATION * (f - (f[0] + f[1] + f[2]) / 3.0);

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 import numpy as np
 
-from ...fitter.colours import DEFAULT, conversion
+from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.cycles.metallic_roughness import difference, fit_metallic_roughness
 from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.model import is_isotropic
@@ -121,7 +121,7 @@ class _Converted:
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         values = self.model.evaluate(theta_i, phi_i, theta_o, phi_o)
         return np.asarray(np.broadcast_to(values, (*values.shape[:-1], 3))
-                          @ conversion(self.colours, scene_colours() or DEFAULT).T)
+                          @ conversion(self.colours, scene_colours() or DEFAULT_COLOURS).T)
 
 
 def _normals(node: bpy.types.Node, size: int, placed: bpy.types.Node | None, lost: list[str]) -> FloatArray:

@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...fitter.arrays import BoolArray, FloatArray
-from ...fitter.colours import DEFAULT, conversion
+from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging import plane_plot
 from ...fitter.imaging.drawing import Color
 from ...fitter.imaging.pictures import srgb
@@ -109,7 +109,7 @@ def lobe_colors(values: FloatArray, space: str) -> FloatArray:
 
     They have the hue and saturation of the values. The brightness falls to half where the values do to 0.
     """
-    full = np.broadcast_to(values, (len(values), 3)) @ conversion(space, DEFAULT).T
+    full = np.broadcast_to(values, (len(values), 3)) @ conversion(space, DEFAULT_COLOURS).T
     full = np.maximum(full, 0)
     brightest = np.maximum(full.max(axis=1, keepdims=True), 1e-12)
     hue = np.where(full.max(axis=1, keepdims=True) > 1e-12, full / brightest, 1.0)

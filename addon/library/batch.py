@@ -17,7 +17,7 @@ import bpy
 
 from ... import fitter
 from ...fitter.arrays import SingleArray
-from ...fitter.colours import DEFAULT
+from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.storage.files import remove_stale_parts
 from ..core.annotations import Arguments, not_none
 from ..core.libraries import assets, library_file
@@ -78,7 +78,7 @@ _Planned = Mapping[Path | None, Sequence[_Task]]
 
 def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Sequence[Failure], choices: Choices,
             path: str | Path, processes: int = PROCESSES, force: bool = False, prune: bool = False,
-            colours: str = DEFAULT) -> Generator[Progress, None, list[Row]]:
+            colours: str = DEFAULT_COLOURS) -> Generator[Progress, None, list[Row]]:
     """Write an asset library, in steps that do not wait for the processes: callers should sleep between them.
 
     Parameters

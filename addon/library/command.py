@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 
 from ...fitter import cli
-from ...fitter.colours import DEFAULT
+from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.storage.files import real_path
 from ..core.blender import osl_support
 from ..core.libraries import assets, library_file
@@ -109,7 +109,7 @@ def _convert(options: argparse.Namespace) -> int:
     total, report = len(sources), report_of(options)
     with quiet():
         steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force,
-                              options.prune, options.colours or scene_colours() or DEFAULT)
+                              options.prune, options.colours or scene_colours() or DEFAULT_COLOURS)
         while True:
             try:
                 progress = next(steps)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
-from ...fitter.colours import DEFAULT, conversion
+from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging.pictures import srgb
 from ...fitter.photographs.capture_setup import Description, parse
 from ...fitter.photographs.compared import Part, photograph_of, reduced, relative_difference
@@ -41,7 +41,7 @@ class Compared(NamedTuple):
 def write_request(folder: Path, scene: bpy.types.Scene, description: Description) -> None:
     """Write what `answer` is to compare: a scene, and the description of one of its photographs."""
     bpy.data.libraries.write(str(folder / SOURCE), {scene}, path_remap="ABSOLUTE", fake_user=True)
-    request = {"scene": scene.name, "description": description, "colours": scene_colours() or DEFAULT}
+    request = {"scene": scene.name, "description": description, "colours": scene_colours() or DEFAULT_COLOURS}
     (folder / _REQUEST).write_text(json.dumps(request), "utf-8")
 
 
@@ -55,7 +55,7 @@ def answer(folder: Path) -> None:
     photograph = reduced(radiance, part, size)
     counted = reduced(counts[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
     if photograph.shape[2] == 3:
-        photograph = photograph @ conversion(DEFAULT, request["colours"]).T
+        photograph = photograph @ conversion(DEFAULT_COLOURS, request["colours"]).T
     progress.report(0.3, "Rendering")
     with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
         target.scenes = [request["scene"]]

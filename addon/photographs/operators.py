@@ -10,7 +10,7 @@ import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, StringProperty
 
 from ...fitter.arrays import FloatArray
-from ...fitter.colours import DEFAULT, conversion
+from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.photographs.setup import Resolved
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
@@ -271,7 +271,8 @@ them"""
 
 def light_of(intensity: FloatArray) -> tuple[float, FloatArray]:
     """The power and the colour of a lamp in Blender, by its radiant intensity, (channels,) in linear Rec.709."""
-    colour = np.maximum(conversion(DEFAULT, scene_colours() or DEFAULT) @ np.broadcast_to(intensity, 3), 0)
+    matrix = conversion(DEFAULT_COLOURS, scene_colours() or DEFAULT_COLOURS)
+    colour = np.maximum(matrix @ np.broadcast_to(intensity, 3), 0)
     return float(4 * math.pi * colour.max()), colour / colour.max()
 
 

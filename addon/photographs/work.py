@@ -13,7 +13,7 @@ import numpy as np
 
 from ...fitter import DatasetError, Fit, FlatPhotograph, load, maps_from_flat, progress
 from ...fitter.arrays import FloatArray
-from ...fitter.colours import DEFAULT, conversion
+from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.formats import saved_samples
 from ...fitter.photographs import flat_maps, flat_setup, light_positions, setup
 from ...fitter.photographs.ball_advice import advice, left_out
@@ -320,9 +320,9 @@ def _maps(made: CaptureSetup, corners: FloatArray | None, is_tile: bool, chosen:
                             photographs[0].radiance.shape[2])
         for file in progress.each(files):
             if saved_samples.is_another(file):
-                if space != DEFAULT:
-                    raise DatasetError(f"a fit for the colours {DEFAULT}, and the open file has {space}: name its "
-                                       f"measurements", file)
+                if space != DEFAULT_COLOURS:
+                    raise DatasetError(f"a fit for the colours {DEFAULT_COLOURS}, and the open file has {space}: name "
+                                       f"its measurements", file)
                 outcomes.append(tasks.outcome_alone(Fit.load(file), space))
             else:
                 outcomes.append(tasks.outcome(str(file), "", arguments, how=how))
@@ -349,9 +349,9 @@ def _maps(made: CaptureSetup, corners: FloatArray | None, is_tile: bool, chosen:
 
 def _in_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:
     """A photograph in another colour space: what it shows under a white lamp."""
-    if space == DEFAULT or photograph.radiance.shape[2] == 1:
+    if space == DEFAULT_COLOURS or photograph.radiance.shape[2] == 1:
         return photograph
     given = photograph.intensity
-    return replace(photograph, radiance=photograph.radiance / given @ conversion(DEFAULT, space).T,
+    return replace(photograph, radiance=photograph.radiance / given @ conversion(DEFAULT_COLOURS, space).T,
                    intensity=np.ones(3), mask=photograph.counts[..., 0] > 0,
                    noise=None if photograph.noise is None else photograph.noise / given)

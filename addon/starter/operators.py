@@ -11,7 +11,7 @@ from ...fitter import DatasetError
 from ...fitter.library import ready
 from ...fitter.library.matching import WINDOWS, Match, match_lines
 from ...fitter.model.published import METAL, PREFIX, find
-from ...fitter.model.translucent import TRANSLUCENT, WIDTHS
+from ...fitter.model.translucent import SURFACE_WIDTHS, TRANSLUCENT
 from ...fitter.optics.subsurface import INDICES, LONGEST
 from ..core.annotations import Arguments, OperatorResult, not_none
 from ..core.blender import osl_support, targets
@@ -122,7 +122,7 @@ class MEASUREDBRDF_OT_translucent_material(bpy.types.Operator):
     path: FloatVectorProperty(name="Mean Free Path", size=3, default=(1, 1, 1), min=1e-6, max=LONGEST,
                               description="Of red, green and blue light, mm")
     index: FloatProperty(name="IOR", default=1.3, min=INDICES[0], max=INDICES[1])
-    width: FloatProperty(name="Width", default=0.1, min=WIDTHS[0], max=WIDTHS[1],
+    width: FloatProperty(name="Width", default=0.1, min=SURFACE_WIDTHS[0], max=SURFACE_WIDTHS[1],
                          description="Of the slopes of the surface: smooth, 0.01, to matte, 1")
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ...fitter.arrays import SingleArray
-from ...fitter.colours import DEFAULT
+from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.formats import time_and_size
 from ...fitter.library.matching import Match
 from ...fitter.model import published
@@ -160,7 +160,7 @@ def sample_icon(path: str, sample: str) -> int:
         _undrawn.add(key)
     if key in _undrawn:
         job = queue.ask(key, partial(thumbnails.measurement_picture, found, str(user_folder("thumbnails")),
-                                     {"colours": DEFAULT}), "slow", then=partial(_keep_sample, key))
+                                     {"colours": DEFAULT_COLOURS}), "slow", then=partial(_keep_sample, key))
         job.asked += _PATIENCE
     return _icons.known(key)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import bpy
 
-from ...fitter.colours import DEFAULT
+from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.imaging.pictures import thumbnail
 from ...fitter.library import ready
 from ...fitter.model import published
@@ -96,7 +96,7 @@ def choices_of(wanted: published.PublishedMaterial) -> Choices:
 
 
 def _create(wanted: published.PublishedMaterial) -> bpy.types.Material:
-    outcome = work.import_result(wanted.name, {"colours": DEFAULT})
+    outcome = work.import_result(wanted.name, {"colours": DEFAULT_COLOURS})
     surface = outcome.surface
     uncompiled = Shader(surface.source, "", surface.nodes, surface.kept)
     return materials.create(outcome, choices_of(wanted), bpy.context, uncompiled)

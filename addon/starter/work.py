@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...fitter import DatasetError
-from ...fitter.colours import DEFAULT
+from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.library import matching, ready
 from ...fitter.model import published
 from ...fitter.photographs.picture_files import read_picture
@@ -23,7 +23,7 @@ def matched(path: str, window: str) -> tuple[str, list[matching.Match]]:
 
 def is_quick(name: str, colours: str) -> bool:
     """Whether `outcome` takes less than a second, for a file of these colours: nothing is to be fitted."""
-    return colours in ("", DEFAULT) and ready.is_there(name)
+    return colours in ("", DEFAULT_COLOURS) and ready.is_there(name)
 
 
 def import_result(name: str, how: Arguments, edit: Arguments | None = None) -> Outcome:
@@ -33,7 +33,7 @@ def import_result(name: str, how: Arguments, edit: Arguments | None = None) -> O
     Raises DatasetError if there is none of this name, or its fit is damaged.
     """
     path = published.find(name).path
-    if how["colours"] != DEFAULT:
+    if how["colours"] != DEFAULT_COLOURS:
         return tasks.outcome(path, None, ready.ARGUMENTS, how, edit)
     made = tasks.outcome_of(ready.find(name), path, how)
     kept = EmbeddedFit(made.surface.kept, name, made.measured.colours)

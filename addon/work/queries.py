@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ...fitter.arrays import FloatArray
-from ...fitter.colours import COLOURS, DEFAULT
+from ...fitter.colours import COLOURS, DEFAULT_COLOURS
 from ...fitter.imaging.packed_picture import unpacked
 from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance
@@ -139,7 +139,7 @@ def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
     if node is None:
         return None
     settings = material.measured_brdf
-    space = settings.colours if settings.colours in COLOURS else DEFAULT
+    space = settings.colours if settings.colours in COLOURS else DEFAULT_COLOURS
     return EmbeddedFit(node_group.kept_fit(not_none(node.node_tree)), settings.name_of_data, space)
 
 

@@ -22,7 +22,7 @@ from ...fitter.imaging import pictures, plane_plot
 from ...fitter.imaging.packed_picture import SIZE, packed
 from ...fitter.library.ready import Ready
 from ...fitter.methods import extrapolation, tolerance
-from ...fitter.methods.regression_kriging import MOST_SAMPLES
+from ...fitter.methods.regression_kriging import MAX_GAUSSIAN_PROCESS_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
 from ...fitter.quality import albedo, cross_validation, describe, verdict
@@ -173,9 +173,9 @@ def _share_of_fit(samples: fitter.Samples, arguments: Arguments) -> float:
     if arguments.get("method") == "mba":
         return 0.1
     fine = 0.2 * _is_fine(arguments)
-    if not samples.isotropic or len(samples) > MOST_SAMPLES:
+    if not samples.isotropic or len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
         return 0.7 + fine / 2
-    return 0.7 if "tolerance" in arguments else 0.35 + 0.3 * len(samples) / MOST_SAMPLES + fine
+    return 0.7 if "tolerance" in arguments else 0.35 + 0.3 * len(samples) / MAX_GAUSSIAN_PROCESS_SAMPLES + fine
 
 
 def _is_fine(arguments: Arguments) -> bool:

@@ -27,7 +27,7 @@ from ..arrays import ArrayLike, Directions, FloatArray
 from . import half_difference, stretch
 from .rusinkiewicz import Pair, clamp_to_horizon, half_to_directions
 
-SOFTENING = 0.3             # delta, times the larger of the stretch and 1
+RELATIVE_SOFTENING = 0.3             # delta, times the larger of the stretch and 1
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class HalfAngle:
     Attributes
     ----------
     stretch : float
-        The stretch k of the half angle, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
+        The stretch k of the half angle, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
     back_stretch : float
         Likewise, of the difference vector (x, y).
     """
 
-    stretch: float = stretch.NONE
+    stretch: float = stretch.NO_STRETCH
     back_stretch: float = 0.0
     name: ClassVar[str] = "half_angle"
     axes: ClassVar[tuple[str, ...]] = ("h", "x", "y")
@@ -50,7 +50,7 @@ class HalfAngle:
     @property
     def softening(self) -> float:
         """The softening radius delta, in proportion to the width that the stretch magnifies."""
-        return SOFTENING / max(self.stretch, 1.0)
+        return RELATIVE_SOFTENING / max(self.stretch, 1.0)
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1].

@@ -30,7 +30,7 @@ import numpy as np
 from ..arrays import ArrayLike, Directions, FloatArray
 from . import stretch
 
-SOFTENING = 0.03            # the softening radius delta, at most, of new fits
+HALF_DIFFERENCE_SOFTENING = 0.03            # the softening radius delta, at most, of new fits
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class HalfDifference:
     softening : float
         The softening radius delta, above 0.
     stretch : float
-        The stretch k of the half vector, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
+        The stretch k of the half vector, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
     """
 
-    softening: float = SOFTENING
-    stretch: float = stretch.NONE
+    softening: float = HALF_DIFFERENCE_SOFTENING
+    stretch: float = stretch.NO_STRETCH
     name: ClassVar[str] = "half_difference"
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 

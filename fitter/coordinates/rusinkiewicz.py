@@ -31,7 +31,7 @@ from ..shader_constants import LEAST_HEIGHT_2
 from . import half_difference, stretch
 
 SINES = 3.0                 # times the radii of `half_difference`, near retro-reflection
-SOFTENING = SINES * half_difference.SOFTENING       # the softening radius delta, at most, of new fits
+RUSINKIEWICZ_SOFTENING = SINES * half_difference.HALF_DIFFERENCE_SOFTENING      # the largest radius delta of new fits
 LEAST_SOFTENING = 1e-3      # below, single precision shows near retro-reflection
 
 
@@ -105,11 +105,11 @@ class Rusinkiewicz:
     softening : float
         The softening radius delta, at least `LEAST_SOFTENING`.
     stretch : float
-        The stretch k of the half vector, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
+        The stretch k of the half vector, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
     """
 
-    softening: float = SOFTENING
-    stretch: float = stretch.NONE
+    softening: float = RUSINKIEWICZ_SOFTENING
+    stretch: float = stretch.NO_STRETCH
     name: ClassVar[str] = "rusinkiewicz"
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 

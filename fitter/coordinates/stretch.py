@@ -12,7 +12,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..shader_constants import LEAST_LENGTH
 
-NONE, LEAST, LARGEST = 0.0, 0.1, 1000.0     # LEAST of those that are not NONE: below, single precision shows
+NO_STRETCH = 0.0
+LEAST_STRETCH, LARGEST_STRETCH = 0.1, 1000.0     # of others: below, single precision shows
 
 
 def stretch_half_vector(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:

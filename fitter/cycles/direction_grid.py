@@ -18,7 +18,7 @@ _RINGS, _SECTORS = 64, 24   # points: .1 degrees apart at the mirror direction, 
 _GRAZING_LIMIT = np.radians(86)  # mirror direction about which the rings lie
 
 
-class Directions(NamedTuple):
+class IncidentDirections(NamedTuple):
     """Points of the grid, rings first.
 
     Attributes
@@ -45,7 +45,7 @@ def outgoing_angles(between: int = 0) -> NDArray[np.float64]:
     return GRAZING * (1 - np.linspace(1, 0, OUTGOING_COUNT + (OUTGOING_COUNT - 1) * between) ** 1.5)
 
 
-def grid(theta_o: float) -> Directions:
+def grid(theta_o: float) -> IncidentDirections:
     """The incident directions at which a fit is evaluated, for an outgoing angle and azimuth 0."""
     rings, sectors = _RINGS, _SECTORS
     mirror = min(theta_o, _GRAZING_LIMIT)
@@ -61,6 +61,6 @@ def grid(theta_o: float) -> Directions:
     above = unit[:, 2] > 0
     unit[:, 2] = np.maximum(unit[:, 2], 0)
     unit /= np.linalg.norm(unit, axis=1)[:, None]
-    return Directions(np.arccos(unit[:, 2]), np.arctan2(unit[:, 1], unit[:, 0]), unit,
-                      np.where(above, size.ravel(), 0))
+    return IncidentDirections(np.arccos(unit[:, 2]), np.arctan2(unit[:, 1], unit[:, 0]), unit,
+                              np.where(above, size.ravel(), 0))
 

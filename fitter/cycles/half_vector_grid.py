@@ -16,7 +16,7 @@ more. Points reach below the horizon, where nothing is reflected.
 import numpy as np
 from numpy.typing import NDArray
 
-from .direction_grid import Directions
+from .direction_grid import IncidentDirections
 
 _RINGS, _SECTORS = 32, 24       # points
 
@@ -27,7 +27,7 @@ def unit_vectors(theta: NDArray[np.float64] | float, phi: NDArray[np.float64] | 
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
-def grid(wo: NDArray[np.float64], stretch: float) -> Directions:
+def grid(wo: NDArray[np.float64], stretch: float) -> IncidentDirections:
     """The incident directions at which a fit is evaluated, in the principal axes.
 
     Parameters
@@ -54,8 +54,8 @@ def grid(wo: NDArray[np.float64], stretch: float) -> Directions:
     above = (unit[..., 2] > 0) & (cosine > 0)
     unit[..., 2] = np.maximum(unit[..., 2], 0)
     unit /= np.maximum(np.linalg.norm(unit, axis=-1), 1e-9)[..., None]
-    return Directions(np.arccos(np.clip(unit[..., 2], 0, 1)), np.arctan2(unit[..., 1], unit[..., 0]), unit,
-                      np.where(above, size, 0))
+    return IncidentDirections(np.arccos(np.clip(unit[..., 2], 0, 1)), np.arctan2(unit[..., 1], unit[..., 0]), unit,
+                              np.where(above, size, 0))
 
 
 def _largest_half_angle(cosine: float, stretch: float) -> float:

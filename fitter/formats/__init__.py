@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..colours import COLOURS, DEFAULT
+from ..colours import COLOURS, DEFAULT_COLOURS
 from ..errors import DatasetError, printable
 from ..model import published
 from ..samples import Samples
@@ -50,7 +50,8 @@ PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no me
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
-def load(path: str | Path, sample: str | int | None = None, *, colours: str = DEFAULT, **options: Any) -> Samples:
+def load(path: str | Path, sample: str | int | None = None, *, colours: str = DEFAULT_COLOURS,
+         **options: Any) -> Samples:
     r"""Read a measured BRDF.
 
     Parameters

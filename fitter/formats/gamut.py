@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..colours import DEFAULT, conversion, luminance
+from ..colours import DEFAULT_COLOURS, conversion, luminance
 from ..samples import RGB, Samples, freeze_new_arrays
 
 
@@ -24,12 +24,12 @@ def converted(samples: Samples, colours: str) -> Samples:
     if samples.channels != RGB:
         return samples
     notes: tuple[str, ...] = ()
-    if colours != DEFAULT:
-        values = samples.values @ conversion(DEFAULT, colours).T
+    if colours != DEFAULT_COLOURS:
+        values = samples.values @ conversion(DEFAULT_COLOURS, colours).T
         freeze_new_arrays(values)
         samples, notes = replace(samples, values=values, colours=colours), (f"Colours in {colours}",)
         if (below := samples.subsurface) is not None:
-            albedo = np.clip(conversion(DEFAULT, colours) @ below.albedo, 0, 1)
+            albedo = np.clip(conversion(DEFAULT_COLOURS, colours) @ below.albedo, 0, 1)
             samples = replace(samples, subsurface=replace(below, albedo=albedo))
     notes += _outside(samples)
     return replace(samples, notes=(*samples.notes, *notes)) if notes else samples

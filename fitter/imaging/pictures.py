@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
-from ..colours import DEFAULT, conversion
+from ..colours import DEFAULT_COLOURS, conversion
 from ..model import Reflectance, is_isotropic
 from ..model.published import PublishedMaterial
 from ..samples import Samples
@@ -22,7 +22,7 @@ _ORIGIN, _RADIUS = (0.5, 0.31), 0.385       # of a polar plot, over its size
 
 
 def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
-               colours: str = DEFAULT, with_tangent: bool = False) -> SingleArray:
+               colours: str = DEFAULT_COLOURS, with_tangent: bool = False) -> SingleArray:
     """A sphere of the material in a studio (`studio`), in orthographic view on a transparent background.
 
     The tangent of an anisotropic material goes around the vertical axis.
@@ -49,7 +49,7 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
             radiance += np.pi * strength * reflected(fit, normal, direction)
     else:
         radiance = np.broadcast_to(studio.on_sphere(fit, normal), (len(normal), 3))
-    linear = radiance @ conversion(colours, DEFAULT).T
+    linear = radiance @ conversion(colours, DEFAULT_COLOURS).T
     canvas = Canvas(size)
     canvas.picture[..., :3] = 0
     canvas.picture[inside, :3] = srgb(linear if lights else studio.developed(linear))
@@ -234,7 +234,7 @@ def picture_disc(size: int) -> Disc:
     return Disc(np.array(_ORIGIN) * size, _RADIUS * size, size / SIZE)
 
 
-def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT) -> SingleArray:
+def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT_COLOURS) -> SingleArray:
     """The fit in the plane of incidence, for one angle of incidence, while that plane turns about the normal.
 
     From left to right the light's azimuth goes through a full turn; from bottom to top the outgoing angle goes from
@@ -258,7 +258,7 @@ def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: st
     phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
     value = fit.evaluate(np.full(phi.size, theta_i), phi.ravel(), np.abs(theta).ravel(),
                          (phi + np.where(theta < 0, 0, np.pi)).ravel()) * np.cos(theta).reshape(-1, 1)
-    linear = np.broadcast_to(np.maximum(value, 0), (phi.size, 3)) @ conversion(colours, DEFAULT).T
+    linear = np.broadcast_to(np.maximum(value, 0), (phi.size, 3)) @ conversion(colours, DEFAULT_COLOURS).T
     shown = np.cbrt(np.maximum(linear, 0))
     picture = np.ones((size, size, 4), dtype=np.float32)
     picture[..., :3] = (shown / max(shown.max(), 1e-6)).reshape(size, size, 3)

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import ArrayLike, BoolArray, FloatArray
-from ..colours import DEFAULT, luminance
+from ..colours import DEFAULT_COLOURS, luminance
 from ..methods import extrapolation
 from ..model import Reflectance
 from ..samples import Samples
@@ -68,7 +68,7 @@ class Plotted(NamedTuple):
     """A fit, the space of its colours, and how far its measurements go, as far as that is known."""
 
     fit: Reflectance
-    colours: str = DEFAULT
+    colours: str = DEFAULT_COLOURS
     reaches: Sequence[extrapolation.MeasuredDomain] = ()
 
 

@@ -96,7 +96,7 @@ def write(made: Ready, path: str | Path) -> None:
 def read(path: str | Path) -> Ready:
     """Read a file that `write` wrote. Raises DatasetError if it is damaged."""
     try:
-        arrays = npz.read(files.read_bytes(path, npz.LARGEST))
+        arrays = npz.read(files.read_bytes(path, npz.LARGEST_ARCHIVE))
         made = Fit.from_bytes(arrays["fit"].tobytes())
         cycles, eevee = (_mixture(*(arrays[f"{engine}_{name}"] for name in _OF_MIXTURE)) for engine in _ENGINES)
         return Ready(made, Nodes(cycles, eevee, subsurface_walk(made)), _principled(arrays["principled"]))

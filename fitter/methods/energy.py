@@ -24,7 +24,7 @@ from ..model.fit import Fit
 from ..model.transform import LogRelative, factor_of_angle
 from ..samples import Samples, subsample
 from ..shader_constants import DAMPING_KNOTS
-from .lattices import MOST
+from .lattices import MAX_STRATIFIED
 
 OUTGOING_ANGLES = np.radians([*range(0, 80, 2), *range(80, 91)])
 """Polar angles at which the albedo is checked, radians."""
@@ -129,7 +129,7 @@ def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, sam
     """Say what was changed."""
     worst = np.degrees(OUTGOING_ANGLES[before.max(axis=1).argmax()])
     over = np.degrees(OUTGOING_ANGLES[(before > 1 + TOLERANCE).any(axis=1)])
-    at = subsample(samples, MOST).directions
+    at = subsample(samples, MAX_STRATIFIED).directions
     after, all_of_it = (float((np.cos(at[2])[:, None] * np.abs(each.evaluate(*at))).sum())
                         for each in (damped, fit))
     lost = 100 * (1 - after / all_of_it) if all_of_it else 0.0

@@ -35,8 +35,8 @@ from .prior import WEIGHT
 _BETWEEN = 1000             # directions between the samples at which the sparse lattice follows the field
 _NEAR = 30                  # degrees from the mirror direction, up to which half of them lie
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
-MOST = 50_000               # samples that lattices are fitted to: of a few thousand control points more say no more
-_LOOKED_AT = 4 * MOST       # samples of which these are chosen
+MAX_STRATIFIED = 50_000     # samples that lattices are fitted to: of a few thousand control points more say no more
+_LOOKED_AT = 4 * MAX_STRATIFIED     # samples of which these are chosen
 _CELLS, _STRATIFIED = 4096, 0.35    # of a grid, in each of which as many are chosen, and their share; the rest anywhere
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
                             # finer one is refined from it, and corrected where that helps most
@@ -204,13 +204,13 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
 
 
 def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
-    """At most `MOST` of coordinates (n, axes) in [0, 1]: their indices, and how many each stands for.
+    """At most `MAX_STRATIFIED` of coordinates (n, axes) in [0, 1]: their indices, and how many each stands for.
 
     Some are a stratified random sample of the cells of a grid, with as many of each: about a mirror direction a table
     may have a handful amid millions elsewhere, of which a random sample has none, and lattices have spikes and holes.
     The others are drawn at random.
     """
-    if len(x) <= MOST:
+    if len(x) <= MAX_STRATIFIED:
         return np.arange(len(x)), np.ones(len(x))
     side = round(_CELLS ** (1 / x.shape[1]))
     cell = np.ravel_multi_index(tuple(np.minimum((x * side).astype(np.int64), side - 1).T), (side,) * x.shape[1])
@@ -219,8 +219,8 @@ def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
     order = shuffled[np.argsort(cell[shuffled], kind="stable")]
     _, first, counts = np.unique(cell[order], return_index=True, return_counts=True)
     number_in_cell = np.arange(len(x)) - np.repeat(first, counts)
-    of_cells, others = np.split(order[np.argsort(number_in_cell, kind="stable")], [round(_STRATIFIED * MOST)])
-    chosen = np.sort(np.concatenate([of_cells, random.permutation(others)[:MOST - len(of_cells)]]))
+    of_cells, others = np.split(order[np.argsort(number_in_cell, kind="stable")], [round(_STRATIFIED * MAX_STRATIFIED)])
+    chosen = np.sort(np.concatenate([of_cells, random.permutation(others)[:MAX_STRATIFIED - len(of_cells)]]))
     kept = np.bincount(cell[chosen], minlength=side ** x.shape[1])
     return chosen, np.bincount(cell, minlength=len(kept))[cell[chosen]] / kept[cell[chosen]]
 

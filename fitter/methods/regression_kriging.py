@@ -39,7 +39,7 @@ from .gaussian_process import RECIPROCITIES, Field, Kernel
 from .highlight import HighlightColour
 from .levels import Levels
 
-MOST_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
+MAX_GAUSSIAN_PROCESS_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
@@ -72,8 +72,9 @@ class Estimate:
     transform : LogRelative
     kernel : Kernel
     field : Field, or None
-        Over 2 x - 1 of the coordinates x; None of more than `MOST_SAMPLES` samples and of anisotropic ones.
-    highlight : Highlight, or None
+        Over 2 x - 1 of the coordinates x; None of more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of
+        anisotropic ones.
+    highlight : HighlightColour, or None
         Whose colours the field has in a highlight; None where it keeps its own.
     left_out : (n, channels) float64, or None
         Each sample as the others predict it, 1/sr; the prior was fitted to all of them.
@@ -99,7 +100,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
         transforms = [LogRelative(model, offset, ceiling, desaturation=grey)
                       for model in ([lobes] if lobes is not None else
                                     prior.candidates(subsample(plain, _OF_LATTICES), typical, offset))]
-    if not samples.isotropic or len(samples) > MOST_SAMPLES:
+    if not samples.isotropic or len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
         progress.report(0.4, "Fitting shape")
         return _estimate_many(samples, transforms)
     families = _families(samples, transforms[-1].prior)
@@ -146,7 +147,7 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
         if back.max() > values[first, number]:
             system = narrow[int(back.argmax())]
     progress.report(0.6)
-    judge = lattices.IncidenceValidation(subsample(samples, lattices.MOST), system, transform)
+    judge = lattices.IncidenceValidation(subsample(samples, lattices.MAX_STRATIFIED), system, transform)
     kernel = judge.select_kernel(kernels)
     if len(reciprocities) > 1:
         kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=judge.error)
@@ -171,7 +172,7 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
     """
     stretches = [each for each in _STRETCHES_OF_MANY if each * _finest(samples) < _RESOLVED]
     if samples.isotropic:
-        if len(samples) > MOST_SAMPLES:
+        if len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
             return [[HalfAngle(stretch) for stretch in (0.0, 2.0, *stretches)]]
         softening = _softening(samples)
         return [[HalfDifference(softening, stretch) for stretch in _STRETCHES],
@@ -202,7 +203,7 @@ def _finest(samples: Samples) -> float:
 def _softening(samples: Samples) -> float:
     """The softening radius about retro-reflection: as wide as nobody measured there."""
     distance = 2 * HalfDifference(rusinkiewicz.LEAST_SOFTENING).encode(*samples.directions)[:, 0] - 1
-    return float(np.clip(_sixth_smallest(distance) / 2, _THINNEST, half_difference.SOFTENING))
+    return float(np.clip(_sixth_smallest(distance) / 2, _THINNEST, half_difference.HALF_DIFFERENCE_SOFTENING))
 
 
 def _sixth_smallest(numbers: FloatArray) -> float:

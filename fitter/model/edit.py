@@ -31,7 +31,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import FloatArray
-from ..shader_constants import COAT_F0, HORIZON, LEAST_HEIGHT_2, LEAST_LENGTH
+from ..shader_constants import COAT_F0, LEAST_HEIGHT_2, LEAST_HORIZON_COSINE, LEAST_LENGTH
 from .microfacet import geometry
 from .transform import factor_of_angle
 
@@ -144,7 +144,8 @@ def narrow_directions(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArra
     for flat, up in ((incident, up_i), (outgoing, up_o)):
         before = (flat * np.conj(axis)).real
         turned = flat + (before * cosine + up * sine - before) * axis
-        angles += [np.arctan2(np.abs(turned), np.maximum(up * cosine - before * sine, HORIZON)), np.angle(turned)]
+        height = np.maximum(up * cosine - before * sine, LEAST_HORIZON_COSINE)
+        angles += [np.arctan2(np.abs(turned), height), np.angle(turned)]
     density = ((1 + slope ** 2) / (1 + narrow ** 2) / width) ** 2
     return (angles[0], angles[1], angles[2], angles[3]), density
 

@@ -21,8 +21,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
+from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates
 from ..coordinates.rusinkiewicz import LEAST_SOFTENING
+from ..coordinates.stretch import LARGEST_STRETCH, LEAST_STRETCH, NO_STRETCH
 from ..errors import DatasetError
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
@@ -34,16 +35,16 @@ from . import microfacet
 from .edit import COAT_WIDTHS, WIDTHS, Edit
 from .transform import LEAST_OFFSET, LogRelative
 
-FORMAT = "measured-brdf-fit"
+FIT_FORMAT = "measured-brdf-fit"
 VERSION = 8
 _IDENTITY = "identity"      # what files call no transform
 _MOST_GREY = 0.9
-LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
+LARGEST_STORED = 100 * LARGEST_VALUE    # number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
-_OF_COORDINATES = {"softening": (LEAST_SOFTENING, 0.9), "stretch": (stretch.LEAST, stretch.LARGEST),
-                   "back_stretch": (stretch.LEAST, stretch.LARGEST),
-                   "along": (stretch.LEAST / 10, stretch.LARGEST), "across": (stretch.LEAST / 10, stretch.LARGEST),
-                   "turn": (-np.pi, np.pi)}      # parameters of coordinates, and their bounds; a stretch may be 0, too
+_STRETCH, _AXIS_STRETCH = ((least, LARGEST_STRETCH) for least in (LEAST_STRETCH, LEAST_STRETCH / 10))
+# parameters of coordinates, and their bounds; a stretch may be 0, too
+_OF_COORDINATES = {"softening": (LEAST_SOFTENING, 0.9), "stretch": _STRETCH, "back_stretch": _STRETCH,
+                   "along": _AXIS_STRETCH, "across": _AXIS_STRETCH, "turn": (-np.pi, np.pi)}
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
 _ANISOTROPIC_PRIOR = ("across", "turn")
 _EDIT, _EDIT_NUMBERS = ("diffuse", "highlight", "level", "balance", "through"), ("width", "coat", "coat_width")
@@ -58,7 +59,7 @@ def to_bytes(parts: dict[str, Any]) -> bytes:
     coordinates, transform, edit = parts["coordinates"], parts["transform"], parts["edit"]
     diffuse, specular, below = parts["diffuse"], parts["specular"], parts["subsurface"]
     header: dict[str, Any] = {
-        "format": FORMAT, "version": VERSION, "coordinates": coordinates.name,
+        "format": FIT_FORMAT, "version": VERSION, "coordinates": coordinates.name,
         "transform": _IDENTITY if transform is None else transform.name,
         "diffuse_level": int(diffuse.level), "specular_level": None if specular is None else specular.level,
         "compression": parts["compression"], "channels": list(parts["channels"]), "columns": list(parts["columns"]),
@@ -89,7 +90,7 @@ def read(path: str | Path) -> dict[str, Any]:
 
     Raises DatasetError if the file is not there, is not a fit of a known version, or is damaged.
     """
-    return from_bytes(files.read_bytes(path, npz.LARGEST), path)
+    return from_bytes(files.read_bytes(path, npz.LARGEST_ARCHIVE), path)
 
 
 def from_bytes(content: bytes, path: str | Path | None = None) -> dict[str, Any]:
@@ -97,7 +98,7 @@ def from_bytes(content: bytes, path: str | Path | None = None) -> dict[str, Any]
     try:
         entries = npz.read(content)
         header = json.loads(str(entries.pop("header")))
-        if not isinstance(header, dict) or header.get("format") != FORMAT:
+        if not isinstance(header, dict) or header.get("format") != FIT_FORMAT:
             raise ValueError("no header of a fit")
     except (ValueError, KeyError, RecursionError) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
@@ -162,7 +163,7 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
     numbers = {field.name: header[field.name] for field in fields(system)}
     for name, number in numbers.items():
         low, high = _OF_COORDINATES[name]
-        without = name in ("stretch", "back_stretch") and number == stretch.NONE
+        without = name in ("stretch", "back_stretch") and number == NO_STRETCH
         _check(isinstance(number, float) and (without or low <= number <= high),
                f"its {name} is not a number from {low:g} to {high:g}")
     return cast(Coordinates, system(**numbers))
@@ -177,7 +178,7 @@ def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRela
 def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative:
     ks = entries["prior_ks"]
     lobes = len(ks) if ks.ndim else 0
-    _check(lobes <= microfacet.MAX_LOBES, "its prior has too many lobes")
+    _check(lobes <= microfacet.MAX_PRIOR_LOBES, "its prior has too many lobes")
     shapes: dict[str, tuple[int, ...]] = {
         "kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,),
         "across": (lobes,), "turn": (lobes,)}
@@ -193,7 +194,7 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     _check(type(offset) in (int, float), "its offset is not a number")
     for name, numbers, low in (("kd", prior.kd, 0), ("ks", prior.ks, 0), ("ceiling", ceiling, _LEAST_CEILING),
                                ("offset", np.array([offset], dtype=float), LEAST_OFFSET)):
-        _check_range(f"prior_{name}", numbers, low, LARGEST)
+        _check_range(f"prior_{name}", numbers, low, LARGEST_STORED)
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
     grey = header["grey"]
@@ -220,7 +221,7 @@ def _edit(header: dict[str, Any], entries: _Arrays, channels: int, stored: int) 
         "through": (DAMPING_KNOTS if coat else 0, 1)}
     arrays = {name: _array(entries, f"edit_{name}", shape, np.float64) for name, shape in shapes.items()}
     for name, array in arrays.items():
-        _check_range(f"edit_{name}", array, _LEAST_CEILING if name == "level" else 0, LARGEST)
+        _check_range(f"edit_{name}", array, _LEAST_CEILING if name == "level" else 0, LARGEST_STORED)
     _check((width != 1) == (len(arrays["balance"]) > 0), "its edit has a balance without a width, or the reverse")
     return Edit(**arrays, width=width, coat=coat, coat_width=coat_width)
 
@@ -234,7 +235,7 @@ def _array(entries: _Arrays, name: str, shape: tuple[int, ...], dtype: DTypeLike
     array = entries[name]
     _check(array.shape == shape and array.dtype == dtype,
            f"{name} is {array.dtype} {array.shape}, expected {np.dtype(dtype)} {shape}")
-    _check_range(name, array, -LARGEST, LARGEST)
+    _check_range(name, array, -LARGEST_STORED, LARGEST_STORED)
     return array
 
 

@@ -37,7 +37,7 @@ from ..shader_constants import DENSEST, LEAST_HEIGHT_2, LEAST_SLOPE_2
 
 Kind = Literal["mirror", "retro", "sheen", "fibre"]
 KINDS: tuple[Kind, ...] = ("mirror", "retro", "sheen", "fibre")
-MAX_LOBES = 3
+MAX_PRIOR_LOBES = 3
 NARROWEST, STEEPEST_TAIL = 1e-3, 32.0       # bounds of alpha and gamma - 1: beyond, single precision is visible
 NO_GAMMA = 2.0              # gamma of a sheen lobe, which does not read it
 RANGES = {"alpha": (NARROWEST, STEEPEST_TAIL), "gamma": (1 + NARROWEST, 1 + STEEPEST_TAIL), "f0": (0.0, 1.0),

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from ..coordinates.half_difference import project
 from ..lattice import dense
-from ..shader_constants import STEEPEST
+from ..shader_constants import LARGEST_EXPONENT
 from .microfacet import Microfacet
 
 LEAST_OFFSET = 1e-30        # 1/sr: below any reflectance, but not 0 in single precision
@@ -77,7 +77,7 @@ class LogRelative:
                     phi_o: ArrayLike) -> FloatArray:
         """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
-        value = reference * np.exp(np.minimum(field, STEEPEST)) - self.offset
+        value = reference * np.exp(np.minimum(field, LARGEST_EXPONENT)) - self.offset
         value = value / _smooth_max_one((value / self.ceiling).max(axis=1, keepdims=True))
         value = np.maximum(resaturate(value, self.desaturation), self.floor)
         if len(self.damping):

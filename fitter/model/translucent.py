@@ -15,7 +15,7 @@ WORDS = {"scattering": "", "absorption": "", "albedo": "", "path": "", "index": 
 """What a material is described by: reduced scattering and absorption, 1/mm, or albedo and mean free path, mm, three
 numbers each; the index of refraction; and the width of the surface's slopes. With what is meant where none is given.
 """
-WIDTHS = 0.01, 1.0
+SURFACE_WIDTHS = 0.01, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +61,8 @@ def parse_words(words: Mapping[str, str]) -> Translucent:
     """
     given = WORDS | {name: text.strip() for name, text in words.items() if name in WORDS and text and text.strip()}
     index, width = (_numbers(name, given[name], 1)[0] for name in ("index", "width"))
-    if not WIDTHS[0] <= width <= WIDTHS[1]:
-        raise ValueError(f"width {width:g}, expected {WIDTHS[0]:g} to {WIDTHS[1]:g}")
+    if not SURFACE_WIDTHS[0] <= width <= SURFACE_WIDTHS[1]:
+        raise ValueError(f"width {width:g}, expected {SURFACE_WIDTHS[0]:g} to {SURFACE_WIDTHS[1]:g}")
     pairs = [(first, second) for first, second in (("scattering", "absorption"), ("albedo", "path"))
              if given[first] and given[second]]
     if len(pairs) != 1:

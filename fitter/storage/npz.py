@@ -1,8 +1,8 @@
 """Writing .npz files, and reading those that may be damaged or hostile.
 
 `numpy.load` trusts a file's directory, and the header, size and type of its arrays. This reader accepts only what
-`numpy.savez` writes for arrays of plain numbers or text, compares every size with `LARGEST` before it allocates memory,
-and inflates an array directly into its final place.
+`numpy.savez` writes for arrays of plain numbers or text, compares every size with `LARGEST_ARCHIVE` before it allocates
+memory, and inflates an array directly into its final place.
 """
 
 import io
@@ -17,7 +17,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-LARGEST = 256 << 20         # bytes of all arrays; a dense lattice of level 8 in three channels has 53 MB
+LARGEST_ARCHIVE = 256 << 20         # bytes of all arrays; a dense lattice of level 8 in three channels has 53 MB
 _MOST_MEMBERS = 32
 _END = struct.Struct("<4s4H2LH")        # the end of the central directory, in a file without a comment
 _ENTRY = 46 + 64                        # largest size of a member's entry in the directory, bytes, its name included
@@ -51,7 +51,7 @@ def _entry(name: str) -> zipfile.ZipInfo:
     return entry
 
 
-def read(content: bytes, largest: int = LARGEST) -> dict[str, NDArray[Any]]:
+def read(content: bytes, largest: int = LARGEST_ARCHIVE) -> dict[str, NDArray[Any]]:
     """The arrays of an .npz file, by name; they are read-only.
 
     Raises ValueError if the file is damaged, or is no archive of plain arrays, in all of `largest` bytes at most.

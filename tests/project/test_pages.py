@@ -8,11 +8,11 @@ import pytest
 
 from fitter import shader_constants as shader
 from fitter.coordinates import half_angle
-from fitter.coordinates.half_difference import SOFTENING
+from fitter.coordinates.half_difference import HALF_DIFFERENCE_SOFTENING
 from fitter.cycles import direction_grid, node_mixture
 from fitter.methods import gaussian_process, lattices, prior, regression_kriging
 from fitter.methods.presets import PRESETS
-from fitter.model.microfacet import MAX_LOBES
+from fitter.model.microfacet import MAX_PRIOR_LOBES
 from support.checkout import ROOT
 
 from .test_docs import NOT_OURS, PATH, files, named_in
@@ -169,14 +169,15 @@ NUMBERS = (
     ("docs/rendering.md", r"Of more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
     ("docs/rendering.md", r"numbers for each of (\d+) polar angles", direction_grid.OUTGOING_COUNT),
     ("docs/rendering.md", r"and up to\s+(\w+) others, of `diffuse`", {6: "six"}.get(node_mixture.CYCLES.lobes)),
-    ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
-    ("docs/fitting.md", r"softening radius of ([\d.]+)", SOFTENING),
-    ("docs/fitting.md", r"at most (\w+) lobes", {3: "three"}.get(MAX_LOBES)),
+    ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples",
+     count(regression_kriging.MAX_GAUSSIAN_PROCESS_SAMPLES)),
+    ("docs/fitting.md", r"softening radius of ([\d.]+)", HALF_DIFFERENCE_SOFTENING),
+    ("docs/fitting.md", r"at most (\w+) lobes", {3: "three"}.get(MAX_PRIOR_LOBES)),
     ("docs/fitting.md", r"likelihood of (\d+) samples", regression_kriging._SEARCHED),
     ("docs/fitting.md", r"([\d,]+) directions between", count(lattices._BETWEEN)),
-    ("docs/fitting.md", r"Of more than ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
-    ("docs/fitting.md", r"a softening radius delta of ([\d.]+\d)", half_angle.SOFTENING),
-    ("docs/fitting.md", r"or to ([\d,]+) of them", count(lattices.MOST)),
+    ("docs/fitting.md", r"Of more than ([\d,]+) samples", count(regression_kriging.MAX_GAUSSIAN_PROCESS_SAMPLES)),
+    ("docs/fitting.md", r"a softening radius delta of ([\d.]+\d)", half_angle.RELATIVE_SOFTENING),
+    ("docs/fitting.md", r"or to ([\d,]+) of them", count(lattices.MAX_STRATIFIED)),
     ("docs/fitting.md", r"At most ([\d,]+) control points of a lattice", count(lattices._TOGETHER)),
     ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),
     ("docs/fitting.md", r"Standard` is D = 4, S = 5 and C = ([\d.]+\d)", PRESETS["Standard"]["compression"]),

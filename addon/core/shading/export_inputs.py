@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 import numpy as np
 
-from ....fitter.colours import DEFAULT, conversion, decode_srgb, luminance
+from ....fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb, luminance
 from ....fitter.imaging.pictures import srgb
 from ..annotations import not_none
 from ..blender.previews import picture_of
@@ -100,18 +100,18 @@ def linear_colours(image: bpy.types.Image, stored: FloatArray) -> FloatArray:
     """The values of an image's texels, (..., 3), as renderers take them: linear, in the open file's colour space."""
     if image.is_float or image.colorspace_settings.name != "sRGB":
         return stored
-    return np.asarray(decode_srgb(stored) @ conversion(DEFAULT, scene_colours() or DEFAULT).T)
+    return np.asarray(decode_srgb(stored) @ conversion(DEFAULT_COLOURS, scene_colours() or DEFAULT_COLOURS).T)
 
 
 def stored_colours(linear: FloatArray) -> FloatArray:
     """What an image of 8 bits stores of linear colours in the open file's space, (..., 3): the inverse of
     `linear_colours`."""
-    return srgb(linear @ conversion(scene_colours() or DEFAULT, DEFAULT).T)
+    return srgb(linear @ conversion(scene_colours() or DEFAULT_COLOURS, DEFAULT_COLOURS).T)
 
 
 def grey_weights() -> FloatArray:
     """What red, green and blue count, (3,), where a colour becomes a number."""
-    return luminance(np.eye(3), scene_colours() or DEFAULT)
+    return luminance(np.eye(3), scene_colours() or DEFAULT_COLOURS)
 
 
 def _constant(socket: Any) -> Product:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 import numpy as np
 
-from ....fitter.colours import DEFAULT, conversion
+from ....fitter.colours import DEFAULT_COLOURS, conversion
 from ..annotations import not_none
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
@@ -182,7 +182,7 @@ def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict
 
 def scene_color(surface: Surface, color: FloatArray) -> FloatArray:
     """A colour of a surface, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
-    return np.clip(conversion(surface.colours, scene_colours() or DEFAULT) @ color, 0, 1)
+    return np.clip(conversion(surface.colours, scene_colours() or DEFAULT_COLOURS) @ color, 0, 1)
 
 
 def _factors(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ....fitter.colours import COLOURS, DEFAULT, conversion, xyz_matrix
+from ....fitter.colours import COLOURS, DEFAULT_COLOURS, conversion, xyz_matrix
 from ....fitter.formats import choices_of, is_there
 from ....fitter.formats.reading import OPTIONS
 from ..annotations import Arguments
@@ -33,13 +33,14 @@ def _named(axes: tuple[tuple[float, ...], ...]) -> str:
     """The space whose red, green and blue have these XYZ; empty if it is none of `COLOURS`."""
     mine = np.array(axes).T
     return next((name for name in COLOURS
-                 if np.allclose(mine, xyz_matrix(DEFAULT) @ conversion(name, DEFAULT), rtol=0, atol=_SAME)), "")
+                 if np.allclose(mine, xyz_matrix(DEFAULT_COLOURS) @ conversion(name, DEFAULT_COLOURS), rtol=0,
+                                atol=_SAME)), "")
 
 
 def load_arguments(choices: Choices) -> Arguments:
     """The keyword arguments of `fitter.load` that choices, and the open file, ask for."""
     options = {name: option.value(getattr(choices, name)) for name, option in OPTIONS.items()}
-    return {**options, "colours": scene_colours() or DEFAULT}
+    return {**options, "colours": scene_colours() or DEFAULT_COLOURS}
 
 
 def use_reading(choices: Choices, options: Arguments) -> None:

@@ -229,11 +229,11 @@ def test_an_output_that_the_user_has_made_for_all_renderers_is_kept(blender, mat
 def test_colors_are_those_of_the_open_file(blender, material):
     from measured_brdf.addon.core.storage.reading import scene_colours
 
-    from fitter.colours import DEFAULT, conversion
+    from fitter.colours import DEFAULT_COLOURS, conversion
 
     update(material, CLOTH, colours="ACEScg")
     node, = (node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
-    expected = conversion("ACEScg", scene_colours() or DEFAULT) @ CLOTH.base_color
+    expected = conversion("ACEScg", scene_colours() or DEFAULT_COLOURS) @ CLOTH.base_color
     assert tuple(node.inputs["Base Color"].default_value)[:3] == pytest.approx(np.clip(expected, 0, 1), abs=EXACT)
 
 

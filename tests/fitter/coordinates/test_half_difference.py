@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from fitter.coordinates.half_difference import SOFTENING, HalfDifference, project
+from fitter.coordinates.half_difference import HALF_DIFFERENCE_SOFTENING, HalfDifference, project
 from fitter.coordinates.rusinkiewicz import LEAST_SOFTENING
 
-softened = pytest.mark.parametrize("softening", [LEAST_SOFTENING, SOFTENING, 0.3])
+softened = pytest.mark.parametrize("softening", [LEAST_SOFTENING, HALF_DIFFERENCE_SOFTENING, 0.3])
 
 
 @pytest.fixture

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from fitter.coordinates.half_difference import project, unproject
-from fitter.coordinates.rusinkiewicz import LEAST_SOFTENING, SOFTENING, Rusinkiewicz
+from fitter.coordinates.rusinkiewicz import LEAST_SOFTENING, RUSINKIEWICZ_SOFTENING, Rusinkiewicz
 
-softened = pytest.mark.parametrize("softening", [LEAST_SOFTENING, SOFTENING, 0.3])
+softened = pytest.mark.parametrize("softening", [LEAST_SOFTENING, RUSINKIEWICZ_SOFTENING, 0.3])
 
 
 @pytest.fixture

@@ -3,9 +3,15 @@ import pytest
 
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
-from fitter.coordinates.stretch import LARGEST, LEAST, NONE, stretch_half_vector, unstretch_half_vector
+from fitter.coordinates.stretch import (
+    LARGEST_STRETCH,
+    LEAST_STRETCH,
+    NO_STRETCH,
+    stretch_half_vector,
+    unstretch_half_vector,
+)
 
-STRETCHES = LEAST, 5.0, 33.0, LARGEST
+STRETCHES = LEAST_STRETCH, 5.0, 33.0, LARGEST_STRETCH
 systems = pytest.mark.parametrize("system", [HalfDifference, Rusinkiewicz])
 
 
@@ -38,8 +44,8 @@ def test_unstretched_is_the_inverse(disk, k):
 
 
 def test_nothing_is_stretched_by_default(disk):
-    np.testing.assert_array_equal(stretch_half_vector(*disk, NONE), disk)
-    np.testing.assert_array_equal(unstretch_half_vector(*disk, NONE), disk)
+    np.testing.assert_array_equal(stretch_half_vector(*disk, NO_STRETCH), disk)
+    np.testing.assert_array_equal(unstretch_half_vector(*disk, NO_STRETCH), disk)
 
 
 @systems

@@ -203,7 +203,7 @@ def test_the_error_at_what_is_left_out_is_that_of_fits_to_the_rest(samples, tran
 def test_of_many_samples_each_cell_keeps_some_which_stand_for_all_of_it(axes, random):
     x = np.concatenate([random.random((80_000, axes)) ** 3, [[0.999] * axes]])     # a crowd, and one by itself
     chosen, stood_for = lattices.stratified_sample(x)
-    assert len(np.unique(chosen)) == len(chosen) == lattices.MOST
+    assert len(np.unique(chosen)) == len(chosen) == lattices.MAX_STRATIFIED
     assert chosen[-1] == len(x) - 1
     side = {3: 16, 4: 8}[axes]
     cells = [tuple(each) for each in (x * side).astype(int)]

@@ -59,7 +59,7 @@ def relative(truth, model, directions):
 def test_between_the_samples_it_is_the_truth(random, name):
     truth = TRUTHS[name]
     samples = noisy(truth, dense_goniometer(random), 0.01, random)
-    assert len(samples) > 2 * regression_kriging.MOST_SAMPLES
+    assert len(samples) > 2 * regression_kriging.MAX_GAUSSIAN_PROCESS_SAMPLES
     assert relative(truth, fitter.fit(samples, **STANDARD), between(random)) < 0.006
 
 
@@ -80,7 +80,7 @@ def test_noise_averages_out_over_many_samples(random):
     """20 % of noise; 2,000 of the samples are what a Gaussian process sees."""
     truth, where = TRUTHS["velvet b"], between(random)
     samples = noisy(truth, dense_goniometer(random), 0.2, random)
-    few = subsample(samples, regression_kriging.MOST_SAMPLES)
+    few = subsample(samples, regression_kriging.MAX_GAUSSIAN_PROCESS_SAMPLES)
     errors = [relative(truth, fitter.fit(each, **STANDARD), where) for each in (samples, few)]
     assert errors[0] < min(0.9 * errors[1], 0.01)
 

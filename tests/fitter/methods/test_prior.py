@@ -7,7 +7,7 @@ import pytest
 
 from fitter import Samples
 from fitter.methods import prior
-from fitter.model.microfacet import MAX_LOBES, NO_GAMMA, RANGES, Microfacet
+from fitter.model.microfacet import MAX_PRIOR_LOBES, NO_GAMMA, RANGES, Microfacet
 from fitter.model.transform import bounded_log
 
 MIRROR, COAT, RETRO, SHEEN = ("mirror", 0.3, 2.5, 0.2), ("mirror", 0.04, 2.0, 0.05), ("retro", 0.1, 3.0, 0.8), (
@@ -63,7 +63,7 @@ def test_two_lobes_are_found_one_after_the_other(directions, lobes):
 
 def test_each_candidate_has_one_lobe_more_and_is_closer(directions):
     models, values, offset = models_of(model(MIRROR, COAT, RETRO), directions)
-    assert [len(each.kinds) for each in models] == list(range(MAX_LOBES + 1))
+    assert [len(each.kinds) for each in models] == list(range(MAX_PRIOR_LOBES + 1))
     errors = [error(each, directions, values, offset) for each in models]
     assert all(after < 0.9 * before for before, after in itertools.pairwise(errors))
     np.testing.assert_array_equal(models[0].kd, np.median(values, axis=0))
@@ -95,7 +95,7 @@ def test_models_scale_with_their_samples(directions):
     values = model(MIRROR, COAT).evaluate(*directions)
     small, large = (prior.candidates(Samples(*directions, values * scale, ("R", "G", "B")), values * scale,
                                      scale * float(np.median(values))) for scale in (1e-12, 1e12))
-    assert len(small) == len(large) == MAX_LOBES + 1
+    assert len(small) == len(large) == MAX_PRIOR_LOBES + 1
     for one, other in zip(small, large, strict=True):
         np.testing.assert_allclose(one.evaluate(*directions) * 1e24, other.evaluate(*directions), rtol=1e-5)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitter.model.microfacet import KINDS, MAX_LOBES, NO_GAMMA, Microfacet
+from fitter.model.microfacet import KINDS, MAX_PRIOR_LOBES, NO_GAMMA, Microfacet
 from fitter.shader_constants import DENSEST
 from support.made_fits import MADE_FITS
 
@@ -92,7 +92,7 @@ def test_lobes_add_and_are_mirrors_unless_told(pairs):
     three = Microfacet(np.array([0.1]), np.array([[2.0], [0.3], [0.5]]), np.array([0.1, 0.5, 0.9]),
                        np.array([2.0, 3.0, NO_GAMMA]), np.array([0.05, 0.4, 1.0]), ("mirror", "retro", "sheen"))
     alone = [Microfacet(np.zeros(1), three.ks[k:k + 1], three.alpha[k:k + 1], three.gamma[k:k + 1], three.f0[k:k + 1],
-                        three.kinds[k:k + 1]).evaluate(*pairs) for k in range(MAX_LOBES)]
+                        three.kinds[k:k + 1]).evaluate(*pairs) for k in range(MAX_PRIOR_LOBES)]
     np.testing.assert_allclose(three.evaluate(*pairs), 0.1 + sum(alone), rtol=1e-12)
     old = Microfacet(np.zeros(1), three.ks[:2], three.alpha[:2], three.gamma[:2], three.f0[:2])
     assert old.kinds == ("mirror", "mirror")
