@@ -283,11 +283,12 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
         before, difference = shot.comparison, pair.difference
-        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(pair))
-        shot.difference = difference
+        judged = photographs.judged(shot.name, difference)
+        made = comparison.stored(f"{shot.name} compared", comparison.sheet(pair))
+        # no call may follow that can fail: this is not taken back
+        shot.comparison, shot.difference = made, difference
         if before is not None:
             bpy.data.images.remove(before)
-        judged = photographs.judged(shot)
         self.report({"WARNING"} if judged.is_bad else {"INFO"}, judged.words)
 
 

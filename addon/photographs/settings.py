@@ -196,10 +196,9 @@ def active(settings: Any) -> Any:
     return settings.photographs[min(max(settings.active, 0), len(settings.photographs) - 1)]
 
 
-def judged(shot: Any) -> verdict.Judgement:
+def judged(name: str, difference: float) -> verdict.Judgement:
     """How far a render is from a photograph that it was compared with, in words."""
-    return verdict.judged(f"{shot.name}: the render differs by {shot.difference:.1%}", shot.difference,
-                          verdict.PREDICTED_LIMITS)
+    return verdict.judged(f"{name}: the render differs by {difference:.1%}", difference, verdict.PREDICTED_LIMITS)
 
 
 def surface(settings: Any) -> Any:
