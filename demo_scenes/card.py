@@ -80,7 +80,7 @@ def draw(path, size=SIZE, samples=SAMPLES):
     setup = photographed(card, path.parent / "card", size)
     scene = stage.black_scene(size, size, samples, span=1)
     scene.cycles.max_bounces, scene.cycles.pixel_filter_type = 0, "BOX"
-    bpy.ops.measured_brdf.measure_flat(filepath=str(setup))
+    stage.measure_flat_sample(setup)
     mask, normals = (_of_image(word, size) for word in ("mask", "normals"))
     most = flat_scene.INTENSITY.max()
     lamp = stage.add_lamp("POINT", 4 * math.pi * most, tuple(flat_scene.UNUSED), color=flat_scene.INTENSITY / most,

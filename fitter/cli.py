@@ -32,7 +32,7 @@ from .photographs.ball_advice import advice, left_out
 from .photographs.capture_setup import read
 from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
-from .photographs.flat_tiling import tiled
+from .photographs.flat_tiling import tile_size, tiled
 from .photographs.setup import measured
 from .quality import albedo, verdict
 from .quality.describe import describe
@@ -263,9 +263,7 @@ def _flat(options: argparse.Namespace) -> bool:
     lines, doubts = [sample.name, *sample.notes, *sample.doubts, *report.lines], (*sample.doubts, *report.doubts)
     if options.tile:
         maps = tiled(maps)
-        height, width = maps.used.shape
-        lines.append("The tile has {} x {} texels and is {:.4g} x {:.4g} m large".format(
-            width, height, *(maps.corners[2] - maps.corners[0])))
+        lines.append(tile_size(maps))
     written = flat_maps.write(maps, lines, options.out)
     is_good = _print_messages(lines, doubts)
     say(f"{options.out}: {', '.join(written)}")

@@ -24,6 +24,28 @@ def state():
     return found
 
 
+def whole_state():
+    """The same, with cameras and masks, places, lights, UV maps, and the settings of photographs of all scenes."""
+    return {**state(), "cameras": {item.name: item.lens for item in bpy.data.cameras},
+            "masks": sorted(item.name for item in bpy.data.masks),
+            "places": {item.name: [tuple(row) for row in item.matrix_basis] for item in bpy.data.objects},
+            "lit": {light.name: (light.energy, tuple(light.color)) for light in bpy.data.lights},
+            "lamps": {item.name: item.data.name for item in bpy.data.objects if item.type == "LIGHT"},
+            "uv": {mesh.name: [tuple(each.uv) for layer in mesh.uv_layers for each in layer.data]
+                   for mesh in bpy.data.meshes},
+            "photographs": {scene.name: _settings(scene.measured_brdf_photographs) for scene in bpy.data.scenes}}
+
+
+def _settings(group):
+    """The same of a group as `_group`, with those of its collections, and names of data-blocks."""
+    def plain(value):
+        if isinstance(value, bpy.types.bpy_prop_collection):
+            return [_settings(each) for each in value]
+        return value.name if isinstance(value, bpy.types.ID) else _plain(value)
+    return {each.identifier: plain(getattr(group, each.identifier)) for each in group.bl_rna.properties
+            if each.identifier != "rna_type"}
+
+
 def _tree(tree):
     nodes = {node.name: (node.bl_idname, node.label, tuple(node.location), _name(getattr(node, "node_tree", None)),
                          getattr(node, "target", None), hash(getattr(node, "bytecode", None)),
@@ -54,4 +76,6 @@ def _name(item):
 
 
 def _plain(value):
-    return tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
+    if hasattr(value, "__len__") and not isinstance(value, str):
+        return tuple(map(_plain, value))
+    return "not a number" if value != value else value      # such as errors that nobody knows; else never the same

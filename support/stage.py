@@ -223,3 +223,17 @@ def render(scene):
         picture = pixels.reshape(image.size[1], image.size[0], 4)[::-1]
         bpy.data.images.remove(image)
     return picture
+
+
+def measure_flat_sample(path, **settings):
+    """The plane that a description of photographs of a flat sample becomes, with these settings of its scene: it is
+    moved to the scene that was open."""
+    before = bpy.context.scene
+    bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(path))
+    made = bpy.context.scene.measured_brdf_photographs
+    for name, value in settings.items():
+        setattr(made, name, value)
+    assert bpy.ops.measured_brdf.measure_sample() == {"FINISHED"}
+    bpy.context.window.scene = before
+    before.collection.objects.link(made.sample)
+    return made.sample

@@ -7,11 +7,11 @@ from ..core.storage import paths
 from ..panel import menu
 from ..work import command
 from . import comparison, flat, operators, panel, settings
-from .operators import MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_measure_sample_photographs
+from .flat import MEASUREDBRDF_OT_measure_sample_photographs
+from .operators import MEASUREDBRDF_OT_measure_photographs
 
 _ENTRY = menu.entries((MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."),
-                      (MEASUREDBRDF_OT_measure_sample_photographs, "Measure Photographs of a Flat Sample..."),
-                      (flat.MEASUREDBRDF_OT_measure_flat, "Flat Sample at Once..."))
+                      (MEASUREDBRDF_OT_measure_sample_photographs, "Measure Photographs of a Flat Sample..."))
 _IN_FILE_MENU = menu.entries((MEASUREDBRDF_OT_measure_photographs, "Photographs of a Ball (measured BRDF)"),
                              (MEASUREDBRDF_OT_measure_sample_photographs,
                               "Photographs of a Flat Sample (measured BRDF)"))
@@ -19,7 +19,6 @@ _PAGE = "manual/measure-your-own"
 _TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", "fit_outline", "place_lamp",
                                   "measure_ball", "compare_photograph"),
            *manual.over_operators(f"{_PAGE}#a-flat-sample-in-blender", "measure_sample", "measure_sample_photographs"),
-           *manual.over_operators(f"{_PAGE}#flat-sample-at-once", "measure_flat"),
            *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotographs", "*"))
 
 

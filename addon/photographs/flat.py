@@ -6,140 +6,83 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, StringProperty
+from bpy.props import FloatProperty, StringProperty
 
+from ...fitter.arrays import FloatArray
 from ...fitter.photographs.capture_setup import CameraSetup
-from ..core import lamps
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.transaction import by_session_uid
 from ..core.shading import compiler, material, mixing
-from ..core.storage.outcomes import EmbeddedFit
+from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..core.storage.properties import default_choices, fit_arguments, use_preset
 from ..core.storage.reading import load_arguments
 from ..work import process, queries
 from ..work.job import Work
-from ..work.modal import AsksForPath, InBackground, Steps
+from ..work.modal import Steps
 from . import settings as photographs
 from . import stage
 from . import work as measuring
-from .operators import HasPhotographs, light_of
+from .operators import LIGHTS, PICTURES, HasPhotographs, MakesScene, light_of
 from .settings import CHOSEN
 
 _PRESET = "Standard"        # of materials that are measured
 
 
-def _chosen(number: int) -> Any:
-    return StringProperty(name=f"Material {number}", options={"SKIP_SAVE"}, description=(
-        "A measured material of this file that the sample is a mix of. Where none is chosen, those that the "
-        "description names, and where it names none, those that are found in the photographs"))
+class MEASUREDBRDF_OT_measure_sample_photographs(MakesScene, bpy.types.Operator):
+    """Make a scene of photographs of a flat sample, in which its materials are measured: choose all of them, \
+their folder, light positions (.lp), a project of relight, or a description (.toml)"""
 
-
-class _MakesMix(InBackground):
-    """A mix-in for operators whose result is the mix of materials that a flat sample is."""
-
-    def choose(self, chosen: Sequence[bpy.types.Material | None], names: Sequence[str]) -> list[EmbeddedFit]:
-        """The fits of chosen materials, which are remembered. ValueError where one has none."""
-        kept: list[EmbeddedFit] = []
-        for name, each in zip(names, chosen, strict=True):
-            fit = None if each is None else queries.embedded_fit(each)
-            if fit is None:
-                raise ValueError(f"{name!r} is not a measured material of this file, or it is a mix")
-            kept.append(fit._replace(name=name))
-        self._uids: list[int] = [not_none(each).session_uid for each in chosen]
-        return kept
-
-    def compiled(self, maps: measuring.Maps) -> Generator[tuple[float, str], None, list[compiler.Shader]]:
-        """The shaders of the materials that were measured, in steps."""
-        shaders = []
-        for each in maps.outcomes:
-            yield 0.95, f"Compiling {each.measured.name}"
-            shaders.append(compiler.compile_surface(each.surface))
-        return shaders
-
-    def mixed(self, context: bpy.types.Context, maps: measuring.Maps, shaders: Sequence[compiler.Shader],
-              beyond: str) -> tuple[list[bpy.types.Material], list[bpy.types.Material]]:
-        """The materials and the mixes that are made of them, of which the last is the sample's."""
-        parts = [by_session_uid(bpy.data.materials, uid) for uid in self._uids]
-        if None in parts:
-            raise ValueError("A material that was chosen has been removed meanwhile")
-        for outcome, shader in zip(maps.outcomes, shaders, strict=True):
-            choices = default_choices(outcome.measured.path)
-            use_preset(choices, _PRESET)
-            parts.append(material.create(outcome, choices, context, shader))
-        return [not_none(each) for each in parts], _mixed([not_none(each) for each in parts], maps, beyond, context)
-
-
-def _arguments() -> tuple[Any, Any]:
-    """Those of fits, and of reading."""
-    choices = default_choices("")
-    use_preset(choices, _PRESET)
-    return fit_arguments(choices), load_arguments(choices)
-
-
-class MEASUREDBRDF_OT_measure_flat(AsksForPath, _MakesMix, bpy.types.Operator):
-    """Make a plane of photographs of a flat sample, described in a file (.toml): a mix of measured materials, with \
-masks and a normal map"""
-
-    bl_idname = "measured_brdf.measure_flat"
-    bl_label = "Flat Sample at Once"
+    bl_idname = "measured_brdf.measure_sample_photographs"
+    bl_label = "Measure Photographs of a Flat Sample"
     bl_options = {"REGISTER", "UNDO"}
 
-    path_name = "filepath"
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: StringProperty(default="*.toml", options={"HIDDEN"})
-    first: _chosen(1)
-    second: _chosen(2)
-    third: _chosen(3)
-    fourth: _chosen(4)
-    mask: StringProperty(name="Corners", options={"SKIP_SAVE"}, description=(
-        "A mask of four points, drawn upon one of the photographs in the Image Editor: the sample's corners. Without "
-        "one they are those of the description"))
-    tile: BoolProperty(name="Tile", options={"SKIP_SAVE"}, description=(
-        "Cut a part out of the sample that can be repeated, along the least visible seam"))
+    filter_glob: StringProperty(default=f"{PICTURES};*.toml;{LIGHTS}", options={"HIDDEN"})
+    width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
+                         description="Of what fills the pictures. Corners can be moved later")
+    asked = "width",
 
-    def draw(self, _context: bpy.types.Context) -> None:
-        layout = not_none(self.layout)
-        layout.use_property_split = True
-        for name in CHOSEN:
-            layout.prop_search(self, name, bpy.data, "materials")
-        layout.prop_search(self, "mask", bpy.data, "masks")
-        layout.prop(self, "tile")
-
-    def work(self, context: bpy.types.Context) -> Work:
+    def work(self, _context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
-        names = [name for name in (getattr(self, each) for each in CHOSEN) if name]
-        kept = self.choose([bpy.data.materials.get(name) for name in names], names)
-        corners = None
-        if self.mask:
-            drawn = bpy.data.masks.get(self.mask)
-            if drawn is None:
-                raise ValueError(f"Corners: {self.mask!r} is not a mask of one spline with four points")
-            corners = stage.drawn_corners(drawn)
-        return process.Calculation(partial(measuring.flat, bpy.path.abspath(self.filepath), corners, self.tile, kept,
-                                           *_arguments()))
+        paths, choices = self.paths("the photographs, their folder, light positions, or a description"), _choices("")
+        return process.Calculation(partial(measuring.find_sample_description, paths, self.width, self.exposures,
+                                           fit_arguments(choices), load_arguments(choices)))
 
-    def prepare(self, result: measuring.Maps) -> Steps:
-        return result, (yield from self.compiled(result))
+    def prepare(self, found: measuring.SampleDescription) -> Steps:
+        return found, (yield from _compile(found.materials))
 
-    def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Maps, list[compiler.Shader]]) -> None:
-        maps, shaders = prepared
-        parts, mixes = self.mixed(context, maps, shaders, "REPEAT" if self.tile else "EXTEND")
-        item = bpy.data.objects.new(maps.name, stage.plane(maps.name, maps.size, mixes[-1]))
-        not_none(context.collection).objects.link(item)
-        item.location = not_none(context.scene).cursor.location
-        lamps.update(context.evaluated_depsgraph_get())
-        # no call may follow that can fail: this is not taken back
-        for part in (*parts, *mixes):
-            part.use_fake_user = part.use_fake_user or part.library is None
-        for each in not_none(context.view_layer).objects:
-            each.select_set(each == item)
-        not_none(context.view_layer).objects.active = item
-        for line in (*maps.told, f"{item.name}: a mix of {', '.join(each.name for each in parts)}"):
-            self.report({"WARNING"} if line in maps.doubts else {"INFO"}, line)
+    def apply(self, context: bpy.types.Context,
+              prepared: tuple[measuring.SampleDescription, list[compiler.Shader]]) -> None:
+        (described, outcomes), shaders = prepared
+        materials = _create(outcomes, shaders, context)
+        made = stage.make(described)
+        for name, each in zip(CHOSEN, materials, strict=False):
+            setattr(photographs.get(made), name, each)
+        self.show(context, made)
 
 
-class MEASUREDBRDF_OT_measure_sample(_MakesMix, HasPhotographs, bpy.types.Operator):
+def _choices(path: str) -> Any:
+    """Those with which materials of a sample are fitted."""
+    choices = default_choices(path)
+    use_preset(choices, _PRESET)
+    return choices
+
+
+def _compile(outcomes: Sequence[Outcome]) -> Generator[tuple[float, str], None, list[compiler.Shader]]:
+    shaders = []
+    for each in outcomes:
+        yield 0.95, f"Compiling {each.measured.name}"
+        shaders.append(compiler.compile_surface(each.surface))
+    return shaders
+
+
+def _create(outcomes: Sequence[Outcome], shaders: Sequence[compiler.Shader],
+            context: bpy.types.Context) -> list[bpy.types.Material]:
+    return [material.create(each, _choices(each.measured.path), context, shader)
+            for each, shader in zip(outcomes, shaders, strict=True)]
+
+
+class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
     """Measure the materials, masks and normals of the flat sample in the photographs, and make its material of them"""
 
     bl_idname = "measured_brdf.measure_sample"
@@ -150,48 +93,62 @@ class MEASUREDBRDF_OT_measure_sample(_MakesMix, HasPhotographs, bpy.types.Operat
         scene = self.remember(context)
         settings = photographs.get(scene)
         chosen = [each for each in (getattr(settings, name) for name in CHOSEN) if each is not None]
+        self._uids = [each.session_uid for each in chosen]
         return process.Calculation(partial(
-            measuring.flat_of_scene, stage.description_of(scene), scene.name,
-            self.choose(chosen, [each.name for each in chosen]), *_arguments()))
+            measuring.measure_sample, stage.description_of(scene), scene.name, settings.tile,
+            [_embedded_fit(each) for each in chosen], load_arguments(_choices(""))))
 
     def prepare(self, result: tuple[measuring.Maps, CameraSetup]) -> Steps:
-        return *result, (yield from self.compiled(result[0]))
+        return *result, (yield from _compile(result[0].outcomes))
 
     def apply(self, context: bpy.types.Context,
               prepared: tuple[measuring.Maps, CameraSetup, list[compiler.Shader]]) -> None:
-        (maps, camera, shaders), scene = prepared, self.scene()
-        settings = photographs.get(scene)
-        parts, mixes = self.mixed(context, maps, shaders, "EXTEND")
+        (maps, camera, shaders), settings = prepared, photographs.get(self.scene())
+        chosen = [by_session_uid(bpy.data.materials, uid) for uid in self._uids]
+        if None in chosen:
+            raise ValueError("A material that was chosen has been removed meanwhile")
+        parts = [*map(not_none, chosen), *_create(maps.outcomes, shaders, context)]
+        mixes = _mixed(parts, maps, context)
+        plane, pose, lights = settings.sample.data, stage.camera_pose(camera), _lights(settings, maps)
+        coordinates = stage.uv_of_part(plane, maps.part)
+        layer = plane.uv_layers.active or plane.uv_layers.new(name="UVMap")
         # no call may follow that can fail: this is not taken back
+        settings.sample.active_material = mixes[-1]
+        layer.data.foreach_set("uv", coordinates)
+        plane.update()
         for part in (*parts, *mixes):
             part.use_fake_user = part.use_fake_user or part.library is None
-        settings.sample.data.materials[0] = mixes[-1]
-        stage.place_camera(settings.camera, camera, (0, 0, 0))
-        _set_lights(settings, maps)
+        settings.camera.matrix_basis = pose
+        for lamp, light, energy, colour in lights:
+            lamp.data, light.energy, light.color = light, energy, colour
         settings.told, settings.doubts = "\n".join(maps.told), "\n".join(maps.doubts)
         for line in maps.doubts:
             self.report({"WARNING"}, line)
         self.report({"INFO"}, f"{mixes[-1].name}: a mix of {', '.join(each.name for each in parts)}")
 
 
-def _set_lights(settings: Any, maps: measuring.Maps) -> None:
-    """Make the lamps as bright as they were found to be; one that was left out is as the median of the others."""
-    usual = np.median([*maps.intensities.values()], axis=0)
-    do_differ = any((each != usual).any() for each in maps.intensities.values())
-    for shot in settings.photographs:
-        if shot.lamp is None:
-            continue
-        if do_differ and shot.lamp.data.users > 1:
-            shot.lamp.data = shot.lamp.data.copy()
-        name = bpy.path.basename(shot.files[0].filepath)
-        shot.lamp.data.energy, shot.lamp.data.color = light_of(maps.intensities.get(name, usual))
+def _embedded_fit(chosen: bpy.types.Material) -> EmbeddedFit:
+    fit = queries.embedded_fit(chosen)
+    if fit is None:
+        raise ValueError(f"{chosen.name!r} is not a measured material of this file, or it is a mix")
+    return fit._replace(name=chosen.name)
 
 
-def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps, beyond: str,
+def _lights(settings: Any, maps: measuring.Maps) -> list[tuple[Any, Any, float, FloatArray]]:
+    """The lamps, their lights, and how bright these were found to be; one that was left out is as the median of the
+    others, beside which it is as bright as its photograph says."""
+    shots = {bpy.path.basename(each.files[0].filepath): each for each in settings.photographs if each.lamp is not None}
+    usual = np.median([each / shots[name].brightness for name, each in maps.intensities.items()], axis=0)
+    found = {name: maps.intensities.get(name, usual * shot.brightness) for name, shot in shots.items()}
+    do_differ = any((each != usual).any() for each in found.values())
+    return [(shot.lamp, shot.lamp.data.copy() if do_differ and shot.lamp.data.users > 1 else shot.lamp.data,
+             *light_of(found[name])) for name, shot in shots.items()]
+
+
+def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps,
            context: bpy.types.Context) -> list[bpy.types.Material]:
-    """Materials that lay each part upon those before it: the last is the sample's. `beyond` is what images are beyond
-    their edges."""
-    mixes = [parts[0]]
+    """Materials that lay each part upon those before it: the last is the sample's."""
+    mixes, beyond = [parts[0]], "REPEAT" if maps.is_tile else "EXTEND"
     for number, (part, (content, share)) in enumerate(zip(parts[1:], maps.masks, strict=True), start=2):
         mask = _image(f"{maps.name} mask {number}", content)
         mixes.append(mixing.mixes.mix(mixes[-1], part, share, mask, context))
@@ -232,4 +189,4 @@ def _image(name: str, content: bytes) -> bpy.types.Image:
     return image
 
 
-classes = (MEASUREDBRDF_OT_measure_flat, MEASUREDBRDF_OT_measure_sample)
+classes = (MEASUREDBRDF_OT_measure_sample_photographs, MEASUREDBRDF_OT_measure_sample)

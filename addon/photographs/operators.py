@@ -27,8 +27,8 @@ from . import comparison, stage
 from . import settings as photographs
 from . import work as measuring
 
-_PICTURES = "*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg"
-_LIGHTS = ";".join(f"*{suffix}" for suffix in measuring.LIGHT_POSITIONS)
+PICTURES = "*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg"
+LIGHTS = ";".join(f"*{suffix}" for suffix in measuring.LIGHT_POSITIONS)
 
 
 class HasPhotographs(InBackground):
@@ -72,7 +72,7 @@ class _ChoosesFiles(AsksForPath):
         return paths
 
 
-class _MakesScene(_ChoosesFiles):
+class MakesScene(_ChoosesFiles):
     """A mix-in for operators that make a scene of photographs."""
 
     exposures: IntProperty(name="Exposures", default=0, min=0,
@@ -86,18 +86,17 @@ class _MakesScene(_ChoosesFiles):
         for name in (*self.asked, "exposures"):
             layout.prop(self, name)
 
-    def apply(self, context: bpy.types.Context, described: Resolved) -> None:
-        made = stage.make(described)
+    def show(self, context: bpy.types.Context, made: bpy.types.Scene) -> None:
+        """Open the scene. The last step, because it is not taken back on an error."""
         count = len(photographs.get(made).photographs)
         self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
-        # last, because it is not taken back on an error
         if context.window is not None:
             context.window.scene = made
             if not bpy.app.background:
                 _look_through(context)
 
 
-class MEASUREDBRDF_OT_measure_photographs(_MakesScene, bpy.types.Operator):
+class MEASUREDBRDF_OT_measure_photographs(MakesScene, bpy.types.Operator):
     """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, \
 their folder, or a description (.toml, .lp)"""
 
@@ -105,7 +104,7 @@ their folder, or a description (.toml, .lp)"""
     bl_label = "Measure Photographs"
     bl_options = {"REGISTER", "UNDO"}
 
-    filter_glob: StringProperty(default=f"{_PICTURES};*.toml;*.lp", options={"HIDDEN"})
+    filter_glob: StringProperty(default=f"{PICTURES};*.toml;*.lp", options={"HIDDEN"})
     radius: FloatProperty(name="Ball Radius", default=0.025, min=1e-5, subtype="DISTANCE", precision=5,
                           description="Of the ball")
     distance: FloatProperty(name="Camera Distance", default=1.5, min=1e-4, subtype="DISTANCE",
@@ -127,7 +126,7 @@ their folder, or a description (.toml, .lp)"""
 
     def apply(self, context: bpy.types.Context, described: Resolved) -> None:
         if not self.to_scene:
-            super().apply(context, described)
+            self.show(context, stage.make(described))
             return
         scene = by_session_uid(bpy.data.scenes, self._scene)
         known = [] if scene is None else list(photographs.lamps(photographs.get(scene)))
@@ -135,25 +134,6 @@ their folder, or a description (.toml, .lp)"""
             raise ValueError("This scene has no photographs to measure")
         stage.add(scene, described.setup.photographs, known[0].data)
         photographs.get(scene).active = len(photographs.get(scene).photographs) - 1
-
-
-class MEASUREDBRDF_OT_measure_sample_photographs(_MakesScene, bpy.types.Operator):
-    """Make a scene of photographs of a flat sample, in which its materials are measured: choose all of them, \
-their folder, light positions (.lp), a project of relight, or a description (.toml)"""
-
-    bl_idname = "measured_brdf.measure_sample_photographs"
-    bl_label = "Measure Photographs of a Flat Sample"
-    bl_options = {"REGISTER", "UNDO"}
-
-    filter_glob: StringProperty(default=f"{_PICTURES};*.toml;{_LIGHTS}", options={"HIDDEN"})
-    width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
-                         description="Of what fills the pictures. Corners can be moved later")
-    asked = "width",
-
-    def work(self, _context: bpy.types.Context) -> Work:
-        osl_support.make_importable("OpenImageIO")
-        paths = self.paths("the photographs, their folder, light positions, or a description")
-        return process.Calculation(partial(measuring.find_sample_description, paths, self.width, self.exposures))
 
 
 def _look_through(context: bpy.types.Context) -> None:
@@ -177,14 +157,14 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
         find = measuring.outline if photographs.get(scene).ball else measuring.camera_by_corners
         return process.Calculation(partial(find, stage.description_of(scene, whole=False), scene.name))
 
-    def apply(self, _context: bpy.types.Context, centre: Any) -> None:
+    def apply(self, _context: bpy.types.Context, found: Any) -> None:
         settings = photographs.get(self.scene())
         if settings.ball is None:
-            stage.place_camera(settings.camera, centre, (0, 0, 0))
-            self.report({"INFO"}, "The camera is at {:.4f}, {:.4f}, {:.4f} m".format(*centre.position))
+            settings.camera.matrix_basis = stage.camera_pose(found)
+            self.report({"INFO"}, "The camera is at {:.4f}, {:.4f}, {:.4f} m".format(*found.position))
             return
-        settings.ball.location = centre
-        self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*centre))
+        settings.ball.location = found
+        self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*found))
 
 
 class MEASUREDBRDF_OT_place_lamp(_ChoosesFiles, HasPhotographs, bpy.types.Operator):
@@ -195,7 +175,7 @@ light positions (.lp, a project of relight); the lamp of this photograph by one 
     bl_label = "Place Lamps"
     bl_options = {"REGISTER", "UNDO"}
 
-    filter_glob: StringProperty(default=f"{_PICTURES};{_LIGHTS}", options={"HIDDEN"})
+    filter_glob: StringProperty(default=f"{PICTURES};{LIGHTS}", options={"HIDDEN"})
     distance: FloatProperty(name="Lamp Distance", default=1.0, min=0, subtype="DISTANCE",
                             description="From the lamps to the middle of ball or sample. 0: far away")
 
@@ -304,14 +284,14 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
         before, difference = shot.comparison, pair.difference
-        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(pair))
-        shot.difference = difference
+        judged = photographs.judged(shot.name, difference)
+        made = comparison.stored(f"{shot.name} compared", comparison.sheet(pair))
+        # no call may follow that can fail: this is not taken back
+        shot.comparison, shot.difference = made, difference
         if before is not None:
             bpy.data.images.remove(before)
-        judged = photographs.judged(shot)
         self.report({"WARNING"} if judged.is_bad else {"INFO"}, judged.words)
 
 
-classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_measure_sample_photographs,
-           MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp, MEASUREDBRDF_OT_measure_ball,
-           MEASUREDBRDF_OT_compare_photograph)
+classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp,
+           MEASUREDBRDF_OT_measure_ball, MEASUREDBRDF_OT_compare_photograph)

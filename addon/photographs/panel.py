@@ -69,7 +69,7 @@ class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
         row.template_list(MEASUREDBRDF_UL_photographs.__name__, "", settings, "photographs", settings, "active",
                           rows=_ROWS)
         row.operator(MEASUREDBRDF_OT_measure_photographs.bl_idname, text="", icon="ADD").to_scene = True
-        _draw_photograph(layout, photographs.active(settings))
+        _draw_photograph(layout, photographs.active(settings), stage.is_flat(settings))
         _draw_work(layout, settings)
 
 
@@ -79,7 +79,7 @@ def _layout(panel: Any) -> bpy.types.UILayout:
     return layout
 
 
-def _draw_photograph(layout: bpy.types.UILayout, shot: Any) -> None:
+def _draw_photograph(layout: bpy.types.UILayout, shot: Any, is_flat: bool) -> None:
     column = layout.column(align=True)
     for file in shot.files:
         column.prop(file, "filepath", text="File")
@@ -90,6 +90,8 @@ def _draw_photograph(layout: bpy.types.UILayout, shot: Any) -> None:
         return
     column = layout.column(align=True)
     column.prop(shot.lamp, "location", text="Lamp")
+    if is_flat:
+        column.prop(shot, "brightness")
     column.operator(MEASUREDBRDF_OT_place_lamp.bl_idname, icon="SHADING_RENDERED",
                     text="By Chrome Balls or Positions...")
 
@@ -161,7 +163,7 @@ class MEASUREDBRDF_PT_photographs_sample(_Sidebar, bpy.types.Panel):
                 row = column.row(align=True)
                 row.prop(settings, "corners", index=2 * number, text=corner)
                 row.prop(settings, "corners", index=2 * number + 1, text="")
-        for name in ("mask", "drawn_outline", "texels", "count"):
+        for name in ("mask", "drawn_outline", "texels", "tile", "count"):
             layout.prop(settings, name)
         chosen = [name for name in CHOSEN if getattr(settings, name) is not None]
         for name in CHOSEN[:len(chosen) + 1]:
@@ -227,7 +229,7 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
                              partial(picture_of, shot.comparison))
         layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         column = layout.column(align=True)
-        judged = photographs.judged(shot)
+        judged = photographs.judged(shot.name, shot.difference)
         draw_wrapped(column, judged.words, "ERROR" if judged.is_bad else "DOT")
         draw_wrapped(column, f"Photograph and render; half of each, and what differs, {TIMES} times as bright", "DOT")
 

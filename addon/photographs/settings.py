@@ -23,7 +23,7 @@ from bpy.props import (
 )
 
 from ...fitter.photographs.capture_setup import GUESS as GUESSED
-from ...fitter.photographs.capture_setup import MOST_MATERIALS, MOST_TEXELS
+from ...fitter.photographs.capture_setup import LEAST, MOST_MATERIALS, MOST_TEXELS
 from ...fitter.photographs.picture_files import ENCODINGS
 from ...fitter.quality import verdict
 from ..core.shading import material
@@ -61,6 +61,8 @@ class MeasuredPhotograph(bpy.types.PropertyGroup):
     files: CollectionProperty(type=MeasuredExposure)
     used: BoolProperty(name="Use", default=True, description="Measure this photograph")
     lamp: PointerProperty(name="Lamp", type=bpy.types.Object, description="The lamp of this photograph")
+    brightness: FloatProperty(name="Brightness", default=1, min=LEAST, precision=3,
+                              description="Of this lamp beside the others, where these are of a flat sample")
     picture: PointerProperty(name="Picture", type=bpy.types.Image)              # behind the camera's view
     comparison: PointerProperty(name="Comparison", type=bpy.types.Image)        # with the ball as it was rendered
     difference: FloatProperty(name="Difference")        # as `fitter.photographs.compared` defines it
@@ -139,6 +141,8 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
         "painted ball, it is found by its outline"))
     finds_brightness: BoolProperty(name="Lamps Differ", description=(
         "Find how bright each lamp is beside the others, by the sample itself"))
+    tile: BoolProperty(name="Tile", description=(
+        "Cut a part out of the sample that can be repeated, along the least visible seam"))
     texels: IntProperty(name="Texels", min=0, max=MOST_TEXELS,
                         description="Of the masks and the normal map, along the width. 0: as many as it has pixels")
     count: EnumProperty(name="Materials", items=_COUNTS, default=_FOUND,
@@ -192,9 +196,9 @@ def active(settings: Any) -> Any:
     return settings.photographs[min(max(settings.active, 0), len(settings.photographs) - 1)]
 
 
-def judged(shot: Any) -> verdict.Judgement:
+def judged(name: str, difference: float) -> verdict.Judgement:
     """How far a render is from a photograph that it was compared with, in words."""
-    return verdict.grade_message(f"{shot.name}: the render differs by {shot.difference:.1%}", shot.difference,
+    return verdict.grade_message(f"{name}: the render differs by {difference:.1%}", difference,
                                  verdict.PREDICTED_LIMITS)
 
 

@@ -58,10 +58,9 @@ def make(resolved: Resolved) -> bpy.types.Scene:
     settings.camera = scene.camera = _camera(scene, setup.camera)
     if setup.ball is not None:
         settings.ball = _ball(scene, setup.ball)
-        place_camera(settings.camera, setup.camera, setup.ball.centre)
     else:
         settings.sample, settings.is_far = _sample(scene, setup.of_sample()), is_far
-        place_camera(settings.camera, setup.camera, np.zeros(3))
+    settings.camera.matrix_basis = camera_pose(setup.camera, setup.ball.centre if setup.ball else (0, 0, 0))
     light = bpy.data.lights.new("Lamp", "POINT")
     light.use_soft_falloff = False          # a ball
     light.shadow_soft_size = setup.lamp.radius
@@ -108,10 +107,10 @@ def _camera(scene: bpy.types.Scene, setup: CameraSetup) -> bpy.types.Object:
     return _object(scene, "Camera", data)
 
 
-def place_camera(item: bpy.types.Object, setup: CameraSetup, centre: Any) -> None:
-    """Put a camera where a description whose places are numbers has it; by default it looks at a centre, (3,)."""
+def camera_pose(setup: CameraSetup, centre: Any = (0, 0, 0)) -> Matrix:
+    """Where a camera is in a description whose places are numbers; by default it looks at a centre, (3,)."""
     orientation = viewpoint.orientation(setup, centre)
-    item.matrix_basis = Matrix.Translation(Vector(_numbers(setup.position))) @ Matrix(orientation.tolist()).to_4x4()
+    return Matrix.Translation(Vector(_numbers(setup.position))) @ Matrix(orientation.tolist()).to_4x4()
 
 
 def _ball(scene: bpy.types.Scene, setup: BallSetup) -> bpy.types.Object:
@@ -123,7 +122,11 @@ def _ball(scene: bpy.types.Scene, setup: BallSetup) -> bpy.types.Object:
 
 def _sample(scene: bpy.types.Scene, setup: SampleSetup) -> bpy.types.Object:
     """A plane, and an outline of it that is drawn before what the camera sees."""
-    mesh, edge = plane("Sample", (setup.width, setup.height), _preview()), bpy.data.meshes.new("Outline")
+    x, y = setup.width / 2, setup.height / 2
+    mesh, edge = bpy.data.meshes.new("Sample"), bpy.data.meshes.new("Outline")
+    mesh.from_pydata([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)], [], [(0, 1, 2, 3)])
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", uv_of_part(mesh, np.array([[0, 0], [1, 1]])))
+    mesh.materials.append(_preview())
     edge.from_pydata([vertex.co[:] for vertex in mesh.vertices], [(0, 1), (1, 2), (2, 3), (3, 0)], [])
     item, outline = _object(scene, "Sample", mesh), _object(scene, "Outline", edge)
     outline.parent, outline.show_in_front, outline.hide_select = item, True, True
@@ -132,14 +135,12 @@ def _sample(scene: bpy.types.Scene, setup: SampleSetup) -> bpy.types.Object:
     return item
 
 
-def plane(name: str, size: tuple[float, float], surface: bpy.types.Material) -> bpy.types.Mesh:
-    """A mesh of a width and height, about its middle, with a UV map."""
-    x, y = (each / 2 for each in size)
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)], [], [(0, 1, 2, 3)])
-    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
-    mesh.materials.append(surface)
-    return mesh
+def uv_of_part(mesh: bpy.types.Mesh, part: FloatArray) -> FloatArray:
+    """The UV coordinates of a sample with which maps lie upon the part of it, (2, 2), that they are of: its lower left
+    and its upper right, shares of width and height. Beyond it they are repeated."""
+    places = np.array([mesh.vertices[loop.vertex_index].co[:2] for loop in mesh.loops])
+    shares = (places - places.min(axis=0)) / np.ptp(places, axis=0)
+    return np.asarray((shares - part[0]) / (part[1] - part[0])).ravel()
 
 
 def _preview() -> bpy.types.Material:
@@ -178,7 +179,7 @@ def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bp
         if value:
             setattr(settings, name, value)
     if setup.sample is not None:
-        _store_sample(settings, setup)
+        _store_sample(settings, setup, scene)
     scale = setup.scale
     settings.scale = scale.way()
     if scale.albedo is not None:
@@ -200,9 +201,14 @@ def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bp
             settings.region = known.region.astype(int).tolist()
 
 
-def _store_sample(settings: Any, setup: CaptureSetup) -> None:
-    settings.corners = np.ravel(_numbers(setup.of_sample().corners)).tolist()
-    settings.finds_brightness = isinstance(setup.lamp.brightness, str)
+def _store_sample(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene) -> None:
+    sample, size, brightness = setup.of_sample(), _picture_size(scene), setup.lamp.brightness
+    settings.corners = np.ravel(_numbers(sample.corners)).tolist()
+    if sample.outline is not None:
+        settings.drawn_outline = _mask("Outline", sample.outline, size)
+    settings.finds_brightness = isinstance(brightness, str)
+    for shot, each in zip(settings.photographs, brightness if isinstance(brightness, np.ndarray) else (), strict=False):
+        shot.brightness = each
     settings.texels = round(setup.texels or 0)
     settings.count = str(setup.materials) if isinstance(setup.materials, int) else settings.count
 
@@ -237,7 +243,7 @@ def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: boo
         "scale": {settings.scale: _scale(scene, settings)} if whole else {INTENSITY: 1.0},
         "photograph": [_shot(scene, each, whole) for each in shots]}
     if is_flat(settings):
-        _describe_sample(scene, settings, described)
+        _describe_sample(scene, settings, shots, described)
     else:
         _describe_ball(scene, settings, described, light.shadow_soft_size)
     if settings.encoding not in ("", AS_THE_FILE_SAYS):
@@ -264,8 +270,12 @@ def _describe_ball(scene: bpy.types.Scene, settings: Any, described: Description
         described["ball"]["mask"] = bpy.path.abspath(settings.mask)
 
 
-def _describe_sample(scene: bpy.types.Scene, settings: Any, described: Description) -> None:
-    size = scene.render.resolution_y, scene.render.resolution_x
+def _picture_size(scene: bpy.types.Scene) -> tuple[int, int]:
+    return scene.render.resolution_y, scene.render.resolution_x
+
+
+def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any], described: Description) -> None:
+    size = _picture_size(scene)
     _there(scene, settings.sample, "sample")
     corners = np.reshape(settings.corners, (4, 2))
     if settings.drawn_corners is not None:
@@ -278,8 +288,11 @@ def _describe_sample(scene: bpy.types.Scene, settings: Any, described: Descripti
         described["sample"]["mask"] = bpy.path.abspath(settings.mask)
     if settings.is_far:
         described["camera"]["position"] = "far"
+    brightness = [each.brightness for each in shots]
     if settings.finds_brightness:
         described["lamp"]["brightness"] = "found"
+    elif any(each != 1 for each in brightness):
+        described["lamp"]["brightness"] = brightness
     if settings.texels:
         described["texels"] = settings.texels
     if int(settings.count or 0):
@@ -302,6 +315,19 @@ def drawn_outline(mask: Any) -> FloatArray:
              for place in geometry.interpolate_bezier(one.co, one.handle_right, other.handle_left, other.co,
                                                       _ON_CURVE)[:-1]]
     return np.array([place[:2] for place in curve]) - 0.5
+
+
+def _mask(name: str, outline: FloatArray, size: tuple[int, int]) -> bpy.types.Mask:
+    """A mask of a polygon, (n, 2) pixels from the left and the top of pictures of a height and width."""
+    mask = bpy.data.masks.new(name)
+    spline = mask.layers.new().splines.new()
+    spline.use_cyclic = True
+    spline.points.add(len(outline) - len(spline.points))
+    for point, place in zip(spline.points, outline, strict=True):
+        at = 0.5 + (place - np.array(size[::-1]) / 2) / max(size) * (1, -1)
+        point.handle_left_type = point.handle_right_type = "FREE"
+        point.co = point.handle_left = point.handle_right = at.tolist()
+    return mask
 
 
 def _splines(mask: Any) -> list[Any]:

@@ -31,7 +31,7 @@ from ...fitter.photographs.capture_setup import (
     read,
 )
 from ...fitter.photographs.flat import check_materials
-from ...fitter.photographs.flat_tiling import tiled
+from ...fitter.photographs.flat_tiling import tile_size, tiled
 from ...fitter.photographs.picture_files import PictureInfo, read_picture_info
 from ..core.annotations import Arguments
 from ..core.storage.outcomes import EmbeddedFit, Outcome
@@ -102,11 +102,44 @@ def _names_of_panel() -> Iterator[None]:
         raise DatasetError(in_panel(str(error))) from error
 
 
-def find_sample_description(paths: Sequence[str], width: float, count: int) -> setup.Resolved:
+class SampleDescription(NamedTuple):
+    """A description of a flat sample whose places are numbers, and the materials that it names, fitted."""
+
+    resolved: setup.Resolved
+    materials: list[Outcome]
+
+
+def find_sample_description(paths: Sequence[str], width: float, count: int, arguments: Arguments,
+                            how: Arguments) -> SampleDescription:
     """The description of a flat sample that a file is, or a folder has; else one of light positions or pictures.
 
     Then it fills the pictures, is so many metres wide, and its albedo is a guess; the camera looks straight down.
+    `arguments` are of fits, `how` keyword arguments of `fitter.load`.
     """
+    with progress.part(0.0, 0.3):
+        found = _resolved_sample(paths, width, count)
+    with progress.part(0.3, 1.0):
+        named = found.setup.materials
+        return SampleDescription(found, _materials(named, arguments, how) if isinstance(named, tuple) else [])
+
+
+def _materials(files: Sequence[Path], arguments: Arguments, how: Arguments) -> list[Outcome]:
+    """Saved fits, and fits of measurements. All are looked at before one is fitted."""
+    read_files = [Fit.load(file) if saved_samples.is_another(file) else load(file, **how) for file in files]
+    check_materials(read_files, 3)
+    space, made = how["colours"], []
+    for file, each in progress.each([*zip(files, read_files, strict=True)]):
+        if not isinstance(each, Fit):
+            made.append(tasks.outcome(str(file), "", arguments, how=how))
+        elif space == DEFAULT_COLOURS:
+            made.append(tasks.outcome_alone(each, space))
+        else:
+            raise DatasetError(f"a fit for the colours {DEFAULT_COLOURS}, and the open file has {space}: name its "
+                               "measurements", file)
+    return made
+
+
+def _resolved_sample(paths: Sequence[str], width: float, count: int) -> setup.Resolved:
     path = Path(paths[0])
     if path.is_dir() and descriptions_in(path):
         path = descriptions_in(path)[0]
@@ -259,7 +292,7 @@ class Maps(NamedTuple):
     ----------
     name : str
     outcomes : list of Outcome
-        Of the materials that are mixed; empty where the file has them.
+        Of the materials that were found; empty where they were chosen.
     masks : list of (bytes, float)
         The share of each material but the first, where it lies upon those before it: a PNG of 16 bits, and its mean.
     brightness : bytes
@@ -267,8 +300,10 @@ class Maps(NamedTuple):
     most : float
     normals : bytes
         A normal map: a PNG of 16 bits.
-    size : (2,) tuple of float
-        Width and height, metres.
+    is_tile : bool
+        Whether they can be repeated.
+    part : (2, 2)
+        Which part of the sample they are: its lower left and its upper right, shares of width and height.
     told, doubts : tuple of str
         What is to be said of it, and the lines of that which say that something is wrong.
     intensities : dict of (channels,) arrays
@@ -281,69 +316,50 @@ class Maps(NamedTuple):
     brightness: bytes
     most: float
     normals: bytes
-    size: tuple[float, float]
+    is_tile: bool
+    part: FloatArray
     told: tuple[str, ...]
     doubts: tuple[str, ...]
     intensities: dict[str, FloatArray]
 
 
-def flat_of_scene(description: Description, name: str, chosen: Sequence[EmbeddedFit], arguments: Arguments,
-                  how: Arguments) -> tuple[Maps, CameraSetup]:
-    """The same of a scene's description, in the words of its panel, and where the camera was."""
+def measure_sample(description: Description, name: str, is_tile: bool, chosen: Sequence[EmbeddedFit],
+                   how: Arguments) -> tuple[Maps, CameraSetup]:
+    """Measure the flat sample of a scene's description, in the words of its panel, and where the camera was.
+
+    It is a mix of chosen materials, else of those that are found; `how` are keyword arguments of `fitter.load`. A tile
+    is `flat_tiling.tiled`. Raises DatasetError, ValueError.
+    """
     with _names_of_panel():
         made = parse(description, name)
-        maps = _maps(made, None, False, chosen, arguments, how)
+        maps = _measured_maps(made, is_tile, chosen, how["colours"])
         return (maps._replace(told=tuple(map(in_panel, maps.told)), doubts=tuple(map(in_panel, maps.doubts))),
                 flat_setup.resolved(made).setup.camera)
 
 
-def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[EmbeddedFit], arguments: Arguments,
-         how: Arguments) -> Maps:
-    """Measure the flat sample of a description: a mix of chosen materials, else of those that it names, else of those
-    that are found. `corners` are as `flat_setup.flat` takes them, `arguments` are of fits, `how` keyword arguments of
-    `fitter.load`. A tile is `flat_tiling.tiled`. Raises DatasetError, ValueError.
-    """
-    return _maps(read(path), corners, is_tile, chosen, arguments, how)
-
-
-def _maps(made: CaptureSetup, corners: FloatArray | None, is_tile: bool, chosen: Sequence[EmbeddedFit],
-          arguments: Arguments, how: Arguments) -> Maps:
-    space = how["colours"]
-    with progress.part(0.0, 0.1, "Reading"):
-        sample = flat_setup.flat(made, corners)
+def _measured_maps(made: CaptureSetup, is_tile: bool, chosen: Sequence[EmbeddedFit], space: str) -> Maps:
+    with progress.part(0.0, 0.3, "Reading"):
+        sample = flat_setup.flat(made)
     photographs = [_in_colours(each, space) for each in sample.photographs]
-    outcomes = []
-    with progress.part(0.1, 0.3):
-        files = () if chosen else sample.materials
-        if files:       # before any is fitted
-            check_materials([Fit.load(file) if saved_samples.is_another(file) else load(file, **how) for file in files],
-                            photographs[0].radiance.shape[2])
-        for file in progress.each(files):
-            if saved_samples.is_another(file):
-                if space != DEFAULT_COLOURS:
-                    raise DatasetError(f"a fit for the colours {DEFAULT_COLOURS}, and the open file has {space}: name "
-                                       f"its measurements", file)
-                outcomes.append(tasks.outcome_alone(Fit.load(file), space))
-            else:
-                outcomes.append(tasks.outcome(str(file), "", arguments, how=how))
-    fits = [tasks.kept_fit(each) for each in chosen] or [each.fitted.fit for each in outcomes]
+    fits = [tasks.kept_fit(each) for each in chosen]
     with progress.part(0.3, 0.75):
         maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or sample.number)
     with progress.part(0.75, 0.85, about="Checking: "):
         report = flat_maps.report(maps, photographs, sample.albedo)
+    told = *sample.notes, *sample.doubts, *report.lines
     if is_tile:
         with progress.part(0.85, 0.95):
             maps = tiled(maps)
+        told = *told, tile_size(maps)
     with progress.part(0.95, 1.0):
-        if not fits:
-            outcomes = [tasks.outcome_alone(replace(each, name=f"{sample.name}: {each.name}"), space)
-                        for each in progress.each(maps.fits)]
+        outcomes = [] if fits else [tasks.outcome_alone(replace(each, name=f"{sample.name}: {each.name}"), space)
+                                    for each in progress.each(maps.fits)]
     masks, brightness, most = flat_maps.layers(maps.weights)
-    width, height, _ = np.ptp(maps.corners, axis=0).tolist()
+    first, last = sample.corners[[0, 2], :2]
     return Maps(sample.name, outcomes,
                 [(flat_maps.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
-                flat_maps.png(brightness), most, flat_maps.png(flat_maps.normal_map(maps)), (width, height),
-                (*sample.notes, *sample.doubts, *report.lines), (*sample.doubts, *report.doubts),
+                flat_maps.png(brightness), most, flat_maps.png(flat_maps.normal_map(maps)), is_tile,
+                (maps.corners[[0, 2], :2] - first) / (last - first), told, (*sample.doubts, *report.doubts),
                 {each.name: each.intensity for each in sample.photographs})
 
 

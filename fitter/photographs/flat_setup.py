@@ -17,7 +17,7 @@ from ..least_squares import damped_step, levenberg_marquardt
 from . import lamp_scale, viewpoint
 from .ball import saturated
 from .camera import pixel_angle, rays_through
-from .capture_setup import MOST_TEXELS, BallSetup, CameraSetup, CaptureSetup, SampleSetup, ScaleSetup, Shot
+from .capture_setup import MOST_TEXELS, BallSetup, CameraSetup, CaptureSetup, LampSetup, SampleSetup, ScaleSetup, Shot
 from .flat import frame_of, pixels_of, points_of, texel_corners
 from .flat_chrome import View, chrome_ball, lamps_shown
 from .flat_judging import lamp_brightness
@@ -90,22 +90,12 @@ class _Scene(NamedTuple):
         return float(np.hypot(self.sample.width, self.sample.height))
 
 
-def flat(setup: CaptureSetup, corners: FloatArray | None = None) -> Flat:
+def flat(setup: CaptureSetup) -> Flat:
     """The photographs of a flat sample that a description shows.
 
-    Parameters
-    ----------
-    corners : (4, 2) float64, optional
-        Where the sample's are in place of those of the description, as `corners_in_order` takes them.
-
-    Raises
-    ------
-    DatasetError
-        If the description or a file is wrong; the message names file and key.
-    ImportError
-        If OpenImageIO is absent.
+    Raises DatasetError if the description or a file is wrong, with file and key; ImportError without OpenImageIO.
     """
-    pictures, sample, places, whole, pose, view = scene = _scene(setup, corners)
+    pictures, sample, places, whole, pose, view = scene = _scene(setup)
     shape = _shape(setup, places, sample.height / sample.width)
     window = _Window.enclosing(view, whole, places, shape, mask_of(sample, view.size))
     lights, notes = lights_of(setup, pictures, window.part, window.reduced), setup.notes
@@ -144,6 +134,7 @@ def resolved(setup: CaptureSetup) -> Resolved:
     scene = _scene(setup)
     pose, view = scene.pose, scene.view
     lamps, shots, _ = _shown(setup, scene.pictures, view)
+    _check_count(setup.lamp, len(shots))
     scale, what = _scale(setup.scale, view, scene.length)
     return Resolved(replace(
         setup, name=setup.title, chrome=None, notes=(), camera=replace(
@@ -156,10 +147,8 @@ def resolved(setup: CaptureSetup) -> Resolved:
         setup.camera.is_far)
 
 
-def _scene(setup: CaptureSetup, corners: FloatArray | None = None) -> _Scene:
+def _scene(setup: CaptureSetup) -> _Scene:
     sample, size = setup.of_sample(), size_of(setup)
-    if corners is not None:
-        sample = replace(sample, corners=corners_in_order(corners, size))
     places = places_of(sample, size)
     x, y = sample.width / 2, sample.height / 2
     whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
@@ -191,9 +180,14 @@ def _brightness(setup: CaptureSetup, photographs: list[FlatPhotograph], corners:
         return None
     if isinstance(given, str):
         return lamp_brightness(observed(photographs, points_of(corners, _GUESSED), frame[2]), frame)
-    if len(given) != len(photographs):
-        raise setup.lamp.error("brightness", f"{len(photographs)} numbers")
+    _check_count(setup.lamp, len(photographs))
     return given[:, None]
+
+
+def _check_count(lamp: LampSetup, count: int) -> None:
+    given = lamp.brightness
+    if given is not None and not isinstance(given, str) and len(given) != count:
+        raise lamp.error("brightness", f"{count} numbers")
 
 
 def _lamps(setup: CaptureSetup, pictures: Pictures, view: View) -> list[Lamp | None]:

@@ -34,7 +34,7 @@ class _Seam(NamedTuple):
 
 
 def tiled(maps: Maps) -> Maps:
-    """The part of maps that can be repeated, with corners about the same middle.
+    """The part of maps that can be repeated, with corners where it was cut.
 
     ValueError if they have fewer than `LEAST_TEXELS` along an axis.
     """
@@ -45,18 +45,27 @@ def tiled(maps: Maps) -> Maps:
         blended = [_lightness_from_above(maps), maps.weights, maps.normals]
     progress.report(0.8, "Cutting a tile")
     taken: list[FloatArray] = [maps.deviation, maps.used[..., None].astype(float)]
+    cut = []
     for is_closed in (False, True):
         seam = _seam(blended[0], is_closed)
         sharp = seam._replace(share=seam.share.round())
+        cut.append([seam.begin, seam.end])
         blended, taken = ([np.swapaxes(_cut(each, where), 0, 1) for each in layers]
                           for layers, where in ((blended, seam), (taken, sharp)))
     _, weights, normals = blended
     deviation, used = taken
-    middle, (along, up) = maps.corners.mean(axis=0), maps.corners[[1, 3]] - maps.corners[0]
-    x, y = along / 2 * used.shape[1] / width, up / 2 * used.shape[0] / height
+    u, v = np.array(cut) / [[width], [height]]
+    along, up = maps.corners[[1, 3]] - maps.corners[0]
     normals /= np.linalg.norm(normals, axis=2)[..., None]
     return replace(maps, weights=weights, normals=normals, deviation=deviation, used=used[..., 0].astype(int),
-                   corners=middle + np.stack([-x - y, x - y, x + y, y - x]))
+                   corners=maps.corners[0] + np.outer(u[[0, 1, 1, 0]], along) + np.outer(v[[0, 0, 1, 1]], up))
+
+
+def tile_size(maps: Maps) -> str:
+    """How large a tile is, in words."""
+    height, width = maps.used.shape
+    return "The tile has {} x {} texels and is {:.4g} x {:.4g} m large".format(
+        width, height, *(maps.corners[2] - maps.corners[0]))
 
 
 def _lightness_from_above(maps: Maps) -> FloatArray:

@@ -1,8 +1,8 @@
 """Measures a flat sample as a user does: its corners are clicked in the Image Editor, Esc ends the first try.
 
 It runs inside of Blender's window, which has the extension and no checkout; `h` is the harness of
-../shared/tools/blender_gui. The description, without corners, and the photographs lie in /share/src/flat, and the
-corners to be clicked, in pixels from the left and the top, in corners.json.
+../shared/tools/blender_gui. The description, whose corners are wrong by some pixels, and the photographs lie in
+/share/src/flat, and the corners to be clicked, in pixels from the left and the top, in corners.json.
 """
 
 import importlib
@@ -31,12 +31,22 @@ def counts():
     return [len(getattr(bpy.data, kind)) for kind in KINDS]
 
 
+def settings(h):
+    return h.window.scene.measured_brdf_photographs
+
+
 def setup(h):
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.measure_sample_photographs("INVOKE_DEFAULT", filepath=str(FOLDER / "setup.toml"))
+    until_done(h)
+
+
+def edit_mask(h):
     """The Image Editor in the place of the 3D view, with a photograph and a new mask."""
     area = h.area("VIEW_3D")
     area.ui_type = "IMAGE_EDITOR"
     space = area.spaces.active
-    space.image = bpy.data.images.load(str(FOLDER / "lamp1.exr"))
+    space.image = settings(h).photographs[0].picture
     space.mode = "MASK"
     with h.override(area):
         bpy.ops.mask.new(name="Corners")
@@ -64,10 +74,11 @@ def measure(h):
     area = h.area("IMAGE_EDITOR")
     points = bpy.data.masks["Corners"].layers[0].splines[0].points
     print("DRAWN", len(points), sep="|", flush=True)
-    print("BEFORE", *counts(), sep="|", flush=True)
     area.ui_type = "VIEW_3D"
+    settings(h).drawn_corners = bpy.data.masks["Corners"]
+    print("BEFORE", *counts(), sep="|", flush=True)
     with h.override(area):
-        bpy.ops.measured_brdf.measure_flat("INVOKE_DEFAULT", filepath=str(FOLDER / "setup.toml"), mask="Corners")
+        bpy.ops.measured_brdf.measure_sample("INVOKE_DEFAULT")
     h.wait(0.5)
 
 
@@ -81,15 +92,15 @@ def escape(h):
 def again(h):
     print("ESCAPED", running() is None, *counts(), sep="|", flush=True)
     with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.measure_flat("INVOKE_DEFAULT", filepath=str(FOLDER / "setup.toml"), mask="Corners")
+        bpy.ops.measured_brdf.measure_sample("INVOKE_DEFAULT")
     until_done(h)
 
 
 def tell(h):
-    made = bpy.context.view_layer.objects.active
+    made = settings(h).sample
     packed = sum(image.packed_file is not None for image in bpy.data.images)
     print("MADE", *(f"{each:.4f}" for each in made.dimensions), made.active_material.name, packed, sep="|", flush=True)
     h.wait(1)
 
 
-steps = [draw, measure, escape, again, tell]
+steps = [edit_mask, draw, measure, escape, again, tell]

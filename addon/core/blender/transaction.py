@@ -13,7 +13,8 @@ _Ends = tuple[str, str, str, str]       # a link: node and identifier of the soc
 # a node: its properties, its custom properties, and the values of its inputs
 _State = tuple[dict[str, Any], dict[str, Any], list[Any]]
 
-_KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "scenes")
+_KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "masks",
+          "scenes")
 _VIEWPORT_PROPERTIES = ("diffuse_color", "roughness", "metallic")
 _NODE_PROPERTIES = ("name", "label", "location", "node_tree", "target", "is_active_output")
 

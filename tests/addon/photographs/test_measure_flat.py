@@ -2,7 +2,9 @@
 
 import contextlib
 import math
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -11,13 +13,18 @@ import pytest
 import fitter
 from fitter.formats import saved_samples
 from support import flat_files, flat_scene, stage
-from support.blend_state import state
+from support.anisotropic import brushed_fit
+from support.blend_state import state, whole_state
 from support.cases import quick, release
+from tests.addon.work.test_at_every_tick import driven
 from tests.addon.work.test_failing_operators import _Injection as Injection
 
 SIZE = flat_files.SIZE
 SIDE = np.array([0.3, -0.25, 0.25])         # 57 degrees from the normal
 NAMES = "garnet", "krylon", "leather"
+BRUSHED = fitter.Samples(*np.radians([[30.0, 40], [0, 30], [30, 40], [180, 200]]), np.full((2, 3), 0.2),
+                         ("R", "G", "B"), "brushed", isotropic=False)
+CONTEXT = SimpleNamespace(workspace=None, window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
 
 
 @pytest.fixture(scope="module")
@@ -49,22 +56,21 @@ def scene(blender):
 def measured_once(extension, monkeypatch):
     """What the same description says is measured once for all tests."""
     work = extension.addon.photographs.work
-    flat = work.flat
 
-    def once(path, *arguments):
-        key = Path(path).name, Path(path).read_text("utf-8"), repr(arguments)
-        if key not in _measured:
-            _measured[key] = flat(path, *arguments)
-        return _measured[key]
-    monkeypatch.setattr(work, "flat", once)
+    def remembering(function):
+        def once(*arguments):
+            paths = arguments[0] if function.__name__ == "find_sample_description" else ()
+            key = function.__name__, repr(arguments), *(Path(path).read_text("utf-8") for path in paths)
+            if key not in _measured:
+                _measured[key] = function(*arguments)
+            return _measured[key]
+        return once
+    for name in ("find_sample_description", "measure_sample"):
+        monkeypatch.setattr(work, name, remembering(getattr(work, name)))
 
 
 _measured = {}
-
-
-def measure(path, **options):
-    assert bpy.ops.measured_brdf.measure_flat(filepath=str(path), **options) == {"FINISHED"}
-    return bpy.context.object
+measure = stage.measure_flat_sample
 
 
 def changed(path, *pairs, name="other.toml"):
@@ -132,46 +138,34 @@ def test_it_is_all_in_the_file_and_undo_takes_it_back(scene, sample, written, tm
 @release
 def test_materials_that_are_found_make_a_plane_like_the_sample(scene, sample, written):
     """Issue: 8 %."""
-    materials = f"materials = {[f'{name}.npz' for name in NAMES]}"
-    measure(changed(written, (materials, "")))
+    measure(without_materials(written))
     assert rendered_apart(scene, sample, flat_scene.CAMERA) < 0.08
+
+
+def without_materials(path):
+    return changed(path, (f"materials = {[f'{name}.npz' for name in NAMES]}", ""))
 
 
 def test_materials_of_the_file_are_mixed_and_stay_as_they_are(scene, sample, written):
     from measured_brdf.addon.core.shading import material as materials
 
-    for fit, name in zip(sample.fits, NAMES, strict=True):
-        stage.material_for(fit).name = name
+    found = dict(zip(("first", "second", "third"), map(stage.material_for, sample.fits), strict=True))
+    for material, name in zip(found.values(), NAMES, strict=True):
+        material.name = name
     before = {name: state()[name]["leather"] for name in ("nodes", "settings")}
-    made = measure(written, first="garnet", second="krylon", third="leather").active_material
+    path = without_materials(written)
+    made = measure(path, **found).active_material
     assert [each.name for each in materials.measured_parts(made)] == list(NAMES)
     assert {name: state()[name]["leather"] for name in before} == before
     assert rendered_apart(scene, sample, SIDE) < 0.02
     # alone it is copied, and its brightness and normals are those of the sample
-    alone = measure(written, first="leather").active_material
-    assert alone != bpy.data.materials["leather"]
+    alone = measure(path, first=found["third"]).active_material
+    assert alone != found["third"]
     assert state()["nodes"]["leather"] == before["nodes"]
     assert all(materials.surface_node(alone).inputs[name].is_linked for name in ("Strength", "Normal"))
 
 
-def draw(places):
-    """A mask of points, in Blender's coordinates: both go from 0 to 1 over the longer side, the middle is at .5."""
-    mask = bpy.data.masks.new("Corners")
-    points = mask.layers.new().splines.new().points
-    points.add(len(places) - len(points))
-    for point, (x, y) in zip(points, places, strict=True):
-        point.co = 0.5 + (x - SIZE[1] / 2) / max(SIZE), 0.5 - (y - SIZE[0] / 2) / max(SIZE)
-    return mask.name
-
-
-def test_corners_drawn_as_a_mask_are_those_of_the_sample(scene, sample, written):
-    places = flat_files.corners()
-    text = f"corners = {[[round(float(x), 3) for x in place] for place in places]}"
-    measure(changed(written, (text, "corners = [[20, 80], [60, 80], [60, 40], [20, 40]]")), mask=draw(places))
-    assert rendered_apart(scene, sample, flat_scene.CAMERA) < 0.02
-
-
-def test_a_tile_is_smaller_and_repeats(scene, sample, written):
+def test_a_tile_lies_where_it_was_cut_and_repeats(scene, sample, written):
     item = measure(written, tile=True)
     textures = [node for tree in (item.active_material.node_tree, *bpy.data.node_groups) for node in tree.nodes
                 if node.type == "TEX_IMAGE"]
@@ -180,39 +174,70 @@ def test_a_tile_is_smaller_and_repeats(scene, sample, written):
     width, height = textures[0].image.size
     assert {tuple(node.image.size) for node in textures} == {(width, height)}
     assert 12 <= width < 24
-    np.testing.assert_allclose(item.dimensions[:2], flat_scene.SIZE * np.array([width / 24, 0.8 * height / 19]),
-                               rtol=1e-5)
+    uv = np.array([each.uv[:] for each in item.data.uv_layers.active.data])
+    np.testing.assert_allclose(np.ptp(uv, axis=0), [24 / width, 19 / height], rtol=1e-5)
+    first = uv.min(axis=0) * (width, height)            # at whole texels
+    np.testing.assert_allclose(first, first.round(), atol=1e-4)
+    settings = bpy.data.scenes["flat sample (synthetic)"].measured_brdf_photographs
+    assert f"The tile has {width} x {height} texels and is" in settings.told
+    bpy.context.window.scene = bpy.data.scenes["flat sample (synthetic)"]
+    settings.tile = False
+    bpy.ops.measured_brdf.measure_sample()
+    uv = np.array([each.uv[:] for each in item.data.uv_layers.active.data])
+    np.testing.assert_allclose(uv, [[0, 0], [1, 0], [1, 1], [0, 1]], atol=1e-6)
 
 
-@pytest.mark.parametrize("count", [3, 5])
-def test_a_mask_of_other_than_four_points_is_refused(scene, written, count):
-    name, before = draw(np.ones((count, 2))), state()
-    with pytest.raises(RuntimeError, match="'Corners' is not a mask of one spline with four points"):
-        bpy.ops.measured_brdf.measure_flat(filepath=str(written), mask=name)
-    assert state() == before
-
-
-@pytest.mark.parametrize(("change", "options", "message"), [
-    ([("width = 0.1", "width = 0.3")], {}, "other.toml: sample.corners .*a rectangle of 0.3 x 0.08 m"),
-    ([("lamp3.exr", "lamp33.exr")], {}, "lamp33.exr: cannot be read"),
-    ([("lamp = [", "lamp = [0, 0, -1] #")], {}, "lamp is behind the sample"),
-    ([("krylon.npz", "lamp1.exr")], {}, "lamp1.exr"),
-    ([], {"first": "nowhere"}, "'nowhere' is not a measured material"),
-    ([], {"mask": "nowhere"}, "'nowhere' is not a mask of one spline"),
-    ([], {"first": "plain"}, "'plain' is not a measured material"),
-    ([], {"first": "brushed"}, "brushed: anisotropic"),
-])
-def test_what_cannot_be_is_refused_and_changes_nothing(scene, written, change, options, message):
-    from support.anisotropic import brushed_fit
-
-    bpy.data.materials.new("plain")
-    if options.get("first") == "brushed":
-        stage.material_for(brushed_fit()).name = "brushed"
-    path, before = changed(written, *change), state()
+def refused(message, function):
+    """An operator reports an error in one line, and the .blend is as it was."""
+    before = whole_state()
     with pytest.raises(RuntimeError, match=message) as error:
-        bpy.ops.measured_brdf.measure_flat(filepath=str(path), **options)
+        function()
     assert len(str(error.value).strip().removeprefix("Error: ").splitlines()) == 1
-    assert state() == before
+    assert whole_state() == before
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    ([("width = 0.1", "width = 0.3")], "other.toml: sample.corners .*a rectangle of 0.3 x 0.08 m"),
+    ([("width = 0.1", "width = -1"), ("texels = 24", "texels = 'x'")],
+     r"other.toml: texels is 'x', expected .*; .*|other.toml: sample.width is -1, expected .*; texels is 'x'"),
+    ([("krylon.npz", "lamp1.exr")], "lamp1.exr"),
+    ([("krylon.npz", "nowhere.npz")], "nowhere.npz"),
+    ([("krylon.npz", "brushed.npz")], "brushed: anisotropic, expected materials that are isotropic"),
+])
+def test_a_description_that_cannot_be_makes_no_scene(scene, written, change, message):
+    """One that is wrong in two places says both."""
+    saved_samples.write(BRUSHED, written.with_name("brushed.npz"))
+    path = changed(written, *change)
+    refused(message, lambda: bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(path)))
+
+
+def test_materials_are_looked_at_before_any_is_fitted(extension, written, monkeypatch):
+    saved_samples.write(BRUSHED, written.with_name("brushed.npz"))
+    saved_samples.write(fitter.Samples(*BRUSHED.directions, BRUSHED.values, BRUSHED.channels),
+                        written.with_name("again.npz"))
+    path = changed(written, ("'leather.npz'", "'brushed.npz'"), ("'garnet.npz'", "'again.npz'"))
+    work = extension.addon.photographs.work
+    monkeypatch.setattr(work.tasks, "outcome", lambda *_, **__: pytest.fail("fitted"))
+    with pytest.raises(ValueError, match="brushed: anisotropic, expected materials that are isotropic"):
+        work.find_sample_description([str(path)], 0.1, 0, {}, {"colours": "Rec.709"})
+
+
+@pytest.mark.parametrize("missing", ["file", "material", "plain", "lamp"])
+def test_what_cannot_be_measured_leaves_the_blend_as_it_was(scene, written, missing):
+    plain, brushed = bpy.data.materials.new("plain"), stage.material_for(brushed_fit())
+    bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(without_materials(written)))
+    settings = bpy.context.scene.measured_brdf_photographs
+    if missing == "file":
+        settings.photographs[2].files[0].filepath = str(written.with_name("lamp33.exr"))
+        message = "lamp33.exr: cannot be read"
+    elif missing == "lamp":
+        settings.photographs[2].lamp.location = 0, 0, -1
+        message = "lamp is behind the sample"
+    elif missing == "plain":
+        settings.first, message = plain, "'plain' is not a measured material"
+    else:
+        settings.first, message = brushed, "anisotropic"
+    refused(message, bpy.ops.measured_brdf.measure_sample)
 
 
 def shuffled(path):
@@ -228,7 +253,8 @@ def shuffled(path):
 def test_the_info_line_warns_of_photographs_that_are_not_predicted(scene, written, capfd):
     few = (("texels = 24", "texels = 6"),)
     measure(changed(written, *few))
-    assert "is predicted within" in (told := capfd.readouterr().out)
+    assert "is predicted within" in bpy.data.scenes["flat sample (synthetic)"].measured_brdf_photographs.told
+    told = capfd.readouterr().out
     assert not [line for line in told.splitlines() if line.startswith("Warning:")]
     measure(shuffled(changed(written, *few)))
     warned = [line for line in capfd.readouterr().out.splitlines() if line.startswith("Warning:")]
@@ -238,48 +264,89 @@ def test_the_info_line_warns_of_photographs_that_are_not_predicted(scene, writte
 
 @pytest.fixture
 def few(written):
-    """A description of two materials and few texels."""
-    return changed(written, ("texels = 24", "texels = 4"), ("'krylon.npz', 'leather.npz'", "'krylon.npz'"))
+    """A description of two materials and few texels, with an outline."""
+    return changed(written, ("texels = 24", "texels = 4"), ("'krylon.npz', 'leather.npz'", "'krylon.npz'"),
+                   ("[sample]", "[sample]\noutline = [[0, 0], [100, 0], [100, 90], [0, 90]]"))
 
 
-def test_an_anisotropic_material_is_refused_before_any_is_fitted(extension, written, monkeypatch):
-    brushed = fitter.Samples(*np.radians([[30.0, 40], [0, 30], [30, 40], [180, 200]]), np.full((2, 3), 0.2),
-                             ("R", "G", "B"), "brushed", isotropic=False)
-    saved_samples.write(brushed, written.with_name("brushed.npz"))
-    path = changed(written, ("'leather.npz'", "'brushed.npz'"), ("'garnet.npz'", "'again.npz'"))
-    saved_samples.write(fitter.Samples(*brushed.directions, brushed.values, brushed.channels),
-                        written.with_name("again.npz"))
-    work = extension.addon.photographs.work
-    monkeypatch.setattr(work.tasks, "outcome", lambda *_, **__: pytest.fail("fitted"))
-    with pytest.raises(ValueError, match="brushed: anisotropic, expected materials that are isotropic"):
-        work.flat(str(path), None, False, [], {}, {"colours": "Rec.709"})
+def light_positions(folder):
+    path = folder / "dome.lp"
+    path.write_text("10\n" + "".join(f"lamp{k}.exr {x} {y} {z}\n" for k, (x, y, z) in enumerate(
+        flat_scene.lamps(10), start=1)), "utf-8")
+    return path
+
+
+@pytest.fixture
+def compared_at_once(extension, monkeypatch):
+    """Without a second Blender, which renders for seconds."""
+    from measured_brdf.addon.photographs import comparison, operators
+
+    grey = np.full((4, 4, 3), 0.5)
+    monkeypatch.setattr(operators, "Command", lambda *_: SimpleNamespace(run=lambda: None))
+    monkeypatch.setattr(comparison, "compared", lambda _: comparison.Compared(grey, 0.9 * grey, grey[..., 0] > 0))
 
 
 @pytest.mark.parametrize("step", quick([1, 5], 5))
-def test_an_error_anywhere_changes_nothing(scene, few, capfd, step):
+@pytest.mark.parametrize("name", ["import", "measure", "tile", "camera", "lamps", "compare"])
+def test_an_error_anywhere_changes_nothing(scene, few, capfd, compared_at_once, name, step):
     """Of all functions that are called, or of each fifth."""
-    measure(few)         # now it is known
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    before, places = state(), []
+    run = partial(bpy.ops.measured_brdf.measure_sample_photographs, filepath=str(few))
+    run()
+    if name != "import":
+        operators, settings = bpy.ops.measured_brdf, bpy.context.scene.measured_brdf_photographs
+        operators.measure_sample()
+        operators.compare_photograph()
+        run = {"camera": operators.fit_outline, "compare": operators.compare_photograph,
+               "lamps": partial(operators.place_lamp, filepath=str(light_positions(few.parent)))}.get(
+                   name, operators.measure_sample)
+        settings.tile, settings.texels = name == "tile", 20
+        settings.camera.location.x += 0.01
+        settings.photographs[1].used = False
+    before, places = whole_state(), []
     for at in range(1, 200, step):
         injection, result = Injection(at), None
         with contextlib.suppress(RuntimeError), injection:
-            result = bpy.ops.measured_brdf.measure_flat(filepath=str(few))
+            result = run()
         if injection.where is None:
             break
         places.append(injection.where)
-        assert state() == before, injection.where
+        assert whole_state() == before, injection.where
     assert result == {"FINISHED"}
-    assert state() != before
-    assert len(places) > 10
+    assert whole_state() != before
+    assert len(places) > 10 / step
     capfd.readouterr()
+
+
+@pytest.mark.parametrize("at", ["apply", "escape"])
+@pytest.mark.parametrize("name", ["import", "measure"])
+def test_an_interruption_changes_nothing(extension, scene, few, monkeypatch, name, at):
+    """Ctrl C while data is made, or Esc while it is measured."""
+    from measured_brdf.addon.photographs import flat
+    from measured_brdf.addon.photographs import stage as made
+
+    path = str(few)
+    bpy.ops.measured_brdf.measure_sample_photographs(filepath=path)
+    operator, shared = {"import": (flat.MEASUREDBRDF_OT_measure_sample_photographs, flat.MakesScene),
+                        "measure": (flat.MEASUREDBRDF_OT_measure_sample, flat.HasPhotographs)}[name]
+    given = {"filepath": path, "directory": "", "files": (), "width": 0.1, "exposures": 0}
+    driven_operator = driven(operator, shared, **given)
+    before = whole_state()
+    if at == "escape":
+        monkeypatch.undo()              # a process does it
+        driven_operator._begin(driven_operator.work(bpy.context))
+        assert driven_operator.modal(CONTEXT, SimpleNamespace(type="ESC", value="PRESS")) == {"CANCELLED"}
+    else:
+        def interrupt(*_):
+            raise KeyboardInterrupt
+        monkeypatch.setattr(made, "camera_pose", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            driven_operator.run(bpy.context)
+    assert whole_state() == before
 
 
 def test_without_the_slice_that_mixes_it_says_so(scene, few, monkeypatch):
     from measured_brdf.addon.core.shading import mixing
 
+    bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(few))
     monkeypatch.setattr(mixing, "mixes", mixing.Mixes())
-    before = state()
-    with pytest.raises(RuntimeError, match="that mixes materials is not there"):
-        bpy.ops.measured_brdf.measure_flat(filepath=str(few))
-    assert state() == before
+    refused("that mixes materials is not there", bpy.ops.measured_brdf.measure_sample)

@@ -185,6 +185,23 @@ def test_corners_and_masks_are_drawn_in_the_image_editor(opened, made):
         bpy.ops.measured_brdf.measure_sample()
 
 
+def test_what_a_description_says_of_outline_and_brightness_is_in_the_scene(blender, written, made):
+    path, places = written.with_name("outlined.toml"), [[10.0, 10.0], [90.0, 12.0], [50.0, 80.0]]
+    numbers = [1 + 0.1 * number for number in range(10)]
+    path.write_text(written.read_text("utf-8").replace("[sample]", f"[lamp]\nbrightness = {numbers}\n[sample]\n"
+                                                                   f"outline = {places}"), "utf-8")
+    settings = open_scene(path)
+    described = made.description_of(bpy.context.scene)
+    assert described["lamp"]["brightness"] == pytest.approx(numbers)
+    x, y = np.transpose(described["sample"]["outline"])
+    assert (x.min(), x.max(), y.min(), y.max()) == pytest.approx((10, 90, 10, 80), abs=1e-4)
+    settings.photographs[2].used = False
+    assert made.description_of(bpy.context.scene)["lamp"]["brightness"] == pytest.approx(numbers[:2] + numbers[3:])
+    path.write_text(path.read_text("utf-8").replace(str(numbers), str(numbers[:4])), "utf-8")
+    with pytest.raises(RuntimeError, match=r"lamp.brightness is .*, expected 10 numbers"):
+        open_scene(path)
+
+
 @pytest.mark.parametrize(("spoil", "message"), [
     (lambda settings: setattr(settings, "height", 0.03), r": Corners is .*a rectangle of 0.1 x 0.03 m"),
     (lambda settings: setattr(settings, "matrix", "5"), r": Camera Matrix is 5"),
@@ -216,7 +233,7 @@ def test_the_panel_of_a_sample_has_its_fields(opened):
     from measured_brdf.addon.photographs import panel
 
     fields = draw(panel.MEASUREDBRDF_PT_photographs_sample).fields
-    assert {"width", "height", "drawn_corners", "corners", "mask", "drawn_outline", "texels", "count",
+    assert {"width", "height", "drawn_corners", "corners", "mask", "drawn_outline", "texels", "tile", "count",
             "first"} <= {*fields}
     assert "finds_brightness" in draw(panel.MEASUREDBRDF_PT_photographs_stage).fields
     assert "normal" not in draw(panel.MEASUREDBRDF_PT_photographs_scale).fields

@@ -15,7 +15,7 @@ from support.stage import black_scene
 
 ADDON = str(ROOT / "addon") + os.sep
 # lamp groups are derived data, and their functions are called hundreds of times; Blender calls a slider's update, and
-# prints its errors
+# what computes a property, and prints their errors
 HANDLERS = (*(f"{ADDON}core{os.sep}{name}" for name in (
     "lamps", os.path.join("blender", "device.py"), os.path.join("shading", "export_follow.py"))),
             f"{ADDON}adjust{os.sep}settings.py")
@@ -24,7 +24,7 @@ QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py
          "versions.py", "icons.py", "preferences.py")
 # these change nothing, and Blender calls them before an operator begins and after it has ended
 OUTSIDE = ("poll", "is_editable", "can_change", "is_measured", "group_node", "script_node", "active_material",
-           "execute", "run", "_path", "_failed", "_on_change")
+           "execute", "run", "_path", "_failed", "_on_change", "get_side")
 
 
 class InjectedError(Exception):

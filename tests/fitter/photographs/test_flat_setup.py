@@ -18,8 +18,8 @@ NAMES = [f"lamp{number}.exr" for number in range(1, 6)]
 PLACES = flat_files.corners()
 
 
-def flat(path, corners=None):
-    return flat_setup.flat(read(path), corners)
+def flat(path):
+    return flat_setup.flat(read(path))
 
 
 def lambertian(samples, albedo=0.3):
@@ -71,17 +71,10 @@ def test_the_camera_stands_where_the_corners_say(written):
 
 
 @pytest.mark.parametrize("order", [[0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 1, 3]])
-def test_corners_that_are_drawn_stand_for_those_of_the_description(described, order):
+def test_corners_that_are_drawn_stand_for_those_of_the_description(order):
     """As shares of the longer side of 100 pixels, of 90 x 100, from the middle to the right and upward."""
     drawn = (PLACES - [50, 45]) * [0.01, -0.01]
-    found = flat(described(sample="width = 0.1\nheight = 0.08"), drawn[order])
-    assert np.linalg.norm(found.photographs[0].camera - flat_scene.CAMERA) < 1e-3
-    np.testing.assert_allclose(seen(found.photographs[0]), PLACES, atol=0.05)
-
-
-def test_corners_that_are_drawn_elsewhere_are_refused(written):
-    with pytest.raises(fitter.DatasetError, match=r"sample.corners is \[\[-15.*not whole in them"):
-        flat(written, (PLACES - [70, 45]) * [0.01, -0.01])
+    np.testing.assert_allclose(flat_setup.corners_in_order(drawn[order], flat_files.SIZE), PLACES, atol=1e-9)
 
 
 def test_the_dark_beside_the_sample_is_not_in_its_edge(written):
