@@ -147,7 +147,7 @@ LARGE_LAMP_RADIUS = 0.06
 LARGE_LAMP_SHARE = 0.7
 # Share of the albedo that the weights of sampled directions are at least in the mean.
 LEAST_FOLLOWED = 0.03
-# From this far below an albedo of 1 on, directions that correct what is shown toward a lamp are followed less often, and
+# From this far below an albedo of 1 on, directions that correct what is shown toward a lamp are followed less often and
 # carry more: of metals, their weights would add up to .2 to the denoiser's albedo.
 BRIGHT = 0.5
 # About what the weights of these add to the denoiser's albedo, in it, where all directions are taken about a lamp.
