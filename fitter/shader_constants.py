@@ -147,6 +147,17 @@ LARGE_LAMP_RADIUS = 0.06
 LARGE_LAMP_SHARE = 0.7
 # Share of the albedo that the weights of sampled directions are at least in the mean.
 LEAST_FOLLOWED = 0.03
+# From this far below an albedo of 1 on, directions that correct what is shown toward a lamp are followed less often and
+# carry more: of metals, their weights would add up to .2 to the denoiser's albedo.
+BRIGHT = 0.5
+# About what the weights of these add to the denoiser's albedo, in it, where all directions are taken about a lamp.
+CORRECTION_WEIGHT = 0.06
+# How often at least, where 1 takes away no more in a sample than others show of the whole lamp.
+LEAST_CORRECTION = 0.15
+# Cycles has no closures up to this width in the denoiser's albedo, as long as others have a quarter of all weights.
+NARROW_WIDTH = 0.075
+# Share of the weights of the mixture that these have at most to be made up for.
+MOST_NARROW = 0.25
 # Share of what is shown toward a lamp that a sampled direction takes away at most.
 MOST_CORRECTED = 0.65
 # Share of what is shown toward a lamp below which a sampled direction does not correct it.

@@ -45,11 +45,27 @@ float channel_sum(color c)
   return c[0] + c[1] + c[2];
 }
 
+/* The weights of the mixture's closures that are in the denoiser's albedo. Cycles leaves out narrow lobes there, as long
+ * as others have more than a quarter of all weights. */
+color denoised_weights(Mixture mixture)
+{
+  color all = 0.0;
+  color narrow = 0.0;
+#define ADD_WEIGHT(k, kind) \
+  all += mixture.weight[k]; \
+  if (kind >= GGX_LOBE && mixture.along[k] * mixture.across[k] <= NARROW_WIDTH * NARROW_WIDTH) { \
+    narrow += mixture.weight[k]; \
+  }
+  EACH_LOBE(ADD_WEIGHT)
+  return sum_of(narrow) < MOST_NARROW * sum_of(all) ? all - narrow : all;
+}
+
 /* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes.
  *
  * Toward a known lamp it corrects what the mixture and the lobe show, where that matters. It takes away no more than a
  * share of that, and is followed as often as the correction is large in the channel that loses most, so that no sample
- * takes away more than others show of the whole lamp. Elsewhere it takes nothing away, as a direction that meets a light
+ * takes away more than others show of the whole lamp; on bright surfaces, whose weights leave no room for that in the
+ * denoiser's albedo, a few times as much. Elsewhere it takes nothing away, as a direction that meets a light
  * by chance would leave a black pixel: what the mixture has above the fit is given less of what is left instead. */
 closure color residual_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LightLobes lobes,
                                ResidualPlan plan, ShadingFrame frame, color tint)
@@ -84,14 +100,12 @@ closure color residual_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all
   vector half = normalize(mixture.wo + wi);
   color carried = value / pdf;
   /* in the mean the weights of all closures are the albedo of the fit, which is the denoiser's */
-  color spent = 0.0;
-  for (int k = 0; k < LOBES; k++) {
-    spent += mixture.weight[k];
-  }
-  color usual = max(mixture.albedo - spent, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
+  color room = (1.0 - CORRECTION_WEIGHT * plan.toward_lamp) * mixture.albedo - denoised_weights(mixture);
+  color usual = max(room, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
   /* what carries more is followed more often */
   float size = channel_sum(fabs(carried)) * plan.probability / max(channel_sum(mixture.residual), LEAST_WEIGHT);
-  color weight = max(size * usual, mixture.albedo * corrected);
+  float followed = clamp((1.0 - largest(mixture.albedo)) / BRIGHT, LEAST_CORRECTION, 1.0);
+  color weight = max(size * usual, mixture.albedo * (followed * corrected));
   weight = max(weight, color(max(LEAST_COLOUR * largest(weight), LEAST_WEIGHT)));
   color colour = carried / weight * ((RESIDUAL_EXPONENT + 1.0) / ((RESIDUAL_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];

@@ -90,6 +90,23 @@ def test_the_denoiser_is_told_the_albedo_and_no_pass_is_negative(blender, curet,
     assert min(values.min() for values in direct) >= 0
 
 
+@pytest.mark.parametrize("light", ["world", "area"])
+@pytest.mark.parametrize("material", ["gold-satin", "aluminium-brushed", "krylon"])
+def test_the_denoiser_has_the_albedo_of_metals_and_of_what_shines(blender, cornell, tmp_path, material, light):
+    """Krylon's gloss is so narrow that Cycles leaves its closures out."""
+    samples = cornell("krylon_blue_RGB") if material == "krylon" else fitter.load_published(material)
+    fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
+    scene = plane(fit)
+    if light == "world":
+        background(scene, 1)
+    else:
+        add_lamp("AREA", 300, (0, 3, 3.5), (-math.atan2(3, 3.5), 0, 0), shape="SQUARE", size=2)
+    guide = passes(scene, tmp_path / "passes.exr")["Denoising Albedo"].mean(axis=(0, 1))
+    ratio = guide / (albedo(fit) * [0.5, 1, 1])
+    print(f"{material}, {light}: denoiser's albedo / albedo = {ratio}")
+    assert ratio == pytest.approx([1, 1, 1], abs=0.05)
+
+
 @pytest.mark.parametrize("rendering", quick(["EXACT", "NODES"], "EXACT"))
 def test_a_holdout_leaves_a_hole(blender, fit, rendering):
     scene, item = sphere(fit, rendering)
