@@ -13,7 +13,7 @@ _LEAST_DIAGONAL = 1e-9      # of normal equations
 
 
 def nonnegative_least_squares(normal: FloatArray, right: FloatArray, positive: BoolArray | None = None) -> FloatArray:
-    """Least squares without negative coefficients, from normal equations of few unknowns.
+    """Nonnegative least squares by block principal pivoting, from normal equations of few unknowns.
 
     All arrays may have more axes in front, of problems that are solved at once.
 
@@ -78,11 +78,11 @@ def levenberg_marquardt(start: FloatArray, evaluate: Callable[[FloatArray], tupl
         The cost, and whatever else `linearise` takes.
     linearise : function of (n,) and that
         The function of the damping to what is tried next, (n,): `damped_step`, perhaps within bounds.
-    steps, tries : int
+    steps, tries
         Linearisations, and dampings that are tried in each.
-    grow, shrink : float
+    grow, shrink
         By what the damping is multiplied where a step is no better, and divided where it is.
-    enough : float
+    enough
         A step that makes the cost smaller by less than this share is the last.
 
     Returns

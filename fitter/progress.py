@@ -41,9 +41,9 @@ def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator
 
     Parameters
     ----------
-    doing : str
+    doing
         What is being done, until something else is reported.
-    about : str
+    about
         What stands before everything that is being done within.
     """
     outer, now = _listener.get(), doing

@@ -99,6 +99,7 @@ class Samples:
         if values.ndim != 2 or not values.size:
             raise self._error(f"values have the shape {values.shape}, expected (samples, channels) with at least one "
                               f"sample")
+        # values: a column a channel, of a known colour space
         largest = max(values.max(), -values.min())
         if largest > LARGEST_VALUE:
             raise self._error(f"a value of {largest:g} / sr found, expected at most {LARGEST_VALUE:g}")
@@ -107,6 +108,7 @@ class Samples:
         if self.colours not in COLOURS:
             raise self._error(f"the colour space {self.colours!r} found, expected one of {', '.join(COLOURS)}")
         self._freeze("values", values)
+        # angles: within the upper hemisphere, up to rounding
         for field in ("theta_i", "phi_i", "theta_o", "phi_o"):
             angle = self._check_array(field, _unchangeable(getattr(self, field)))
             if field.startswith("theta"):
@@ -121,6 +123,7 @@ class Samples:
                     raise self._error(f"{field}[{beyond[0]}] is {angle[beyond[0]]:g}, expected at most "
                                       f"{LARGEST_AZIMUTH:,.0f} radians")
             self._freeze(field, angle)
+        # what some files have besides
         if self.deviation is not None:
             deviation = self._check_array("deviation", _unchangeable(self.deviation))
             if (deviation < 0).any():
@@ -203,20 +206,17 @@ def subsample(samples: Samples, most: int) -> Samples:
 
 
 def apply_symmetry(samples: Samples, symmetry: str) -> Samples:
-    """Add what a symmetry of the surface says of directions that were not measured.
+    """Samples and their images by a symmetry of the surface, in directions that were not measured.
 
     Raises DatasetError if it is none of these, or makes more than `MOST_REPEATED` samples.
 
     Parameters
     ----------
-    symmetry : str
+    symmetry
         One of `SYMMETRIES`. "half_turn": the surface is the same after half a turn about its normal; "mirror": the
         plane of the normal and the tangent, phi = 0, is a mirror; or both.
 
-    Returns
-    -------
-    Samples
-        These first, then their images, but for those in directions that were measured. The notes say so.
+    The samples come first, then their images, but for those in directions that were measured. The notes say so.
 
     Examples
     --------
@@ -301,7 +301,6 @@ def distinct_channels(samples: Samples) -> tuple[Samples, tuple[int, ...]]:
 
     Returns
     -------
-    distinct : Samples
     columns : tuple of int
         For each channel of the samples, the index of the equal channel in `distinct`.
 

@@ -57,7 +57,7 @@ color denoised_weights(Mixture mixture)
     narrow += mixture.weight[k]; \
   }
   EACH_LOBE(ADD_WEIGHT)
-  return sum_of(narrow) < MOST_NARROW * sum_of(all) ? all - narrow : all;
+  return channel_sum(narrow) < MOST_NARROW * channel_sum(all) ? all - narrow : all;
 }
 
 /* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes.

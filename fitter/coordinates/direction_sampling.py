@@ -28,10 +28,12 @@ def sample_directions(count: int, isotropic: bool = True) -> Directions:
     >>> 900 < len(theta_i) <= 1000, float(phi_i.max()), bool((phi_o >= 0).all())
     (True, 0.0, True)
     """
+    # evenly over both polar angles and the azimuth
     random = np.random.default_rng(_SEED)
     most = HORIZON - _LOWEST
     theta_i = most * random.random(count)
     theta_o, turn = most * random.random(count), np.pi * random.random(count)
+    # the rest about the mirror direction, evenly by the logarithm of the angle from it
     near = slice(round(_EVENLY * count), None)
     away = _NEAR[0] * (_NEAR[1] / _NEAR[0]) ** random.random(count)[near]
     around = np.pi * random.random(count)[near]

@@ -53,12 +53,12 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
 
     Parameters
     ----------
-    fit : Fit
+    fit
         With one channel, or three.
-    template : str, optional
+    template
         The shader to complete, `osl/measured_brdf.osl` by default. Its `#include "baked_constants.h"` and, inside the
         shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
-    mixture : NodeMixture, optional
+    mixture
         That of the fit for Cycles, if the caller has it already.
     """
     if len(fit.channels) not in (1, len(RGB)):
@@ -176,6 +176,7 @@ def _transform(transform: LogRelative | None, columns: tuple[int, ...]) -> dict[
 
     def lobe(kind: microfacet.Kind, ks: NDArray[np.float64], alpha: float, gamma: float, f0: float,
              across: float | None = None, turn: float = 0.0) -> str:
+        # a lobe of two widths, or a fibre, has its rotation first
         if across is not None and (kind == "fibre" or across != alpha):
             macro, numbers = "FIBRE", [1 / alpha, across, gamma, f0]
             if kind != "fibre":
@@ -183,6 +184,7 @@ def _transform(transform: LogRelative | None, columns: tuple[int, ...]) -> dict[
                                                       min(across, 1.0)]
             text = ", ".join(f"{number:.9g}" for number in (math.cos(turn), math.sin(turn), *numbers))
             return f"{macro}({value(ks)}, {text})"
+        # a lobe of one width
         shape = f"{value(ks)}, {alpha ** -2:.9g}"
         if kind == "retro":
             return f"RETRO({shape}, {gamma:.9g}, {f0:.9g})"
@@ -190,6 +192,7 @@ def _transform(transform: LogRelative | None, columns: tuple[int, ...]) -> dict[
             return f"SHEEN({shape}, {f0:.9g})"
         return f"LOBE({shape}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
 
+    # the prior, and the transform relative to it
     lobes = [lobe(kind, ks, *shape) for kind, ks, shape in zip(prior.kinds, prior.ks, prior.shapes, strict=True)]
     return {"LOG_RELATIVE": 1, "PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds),
             "PRIOR_ANISOTROPIC": int(not prior.isotropic), "PRIOR_KD": value(prior.kd),

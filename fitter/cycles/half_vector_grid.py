@@ -34,13 +34,10 @@ def grid(wo: NDArray[np.float64], stretch: float) -> IncidentDirections:
     ----------
     wo : (views, 3)
         Viewing directions of one polar angle.
-    stretch : float
+    stretch
         s.
 
-    Returns
-    -------
-    direction_grid.Directions
-        Its arrays have an axis of views in front.
+    The arrays have an axis of outgoing directions in front.
     """
     farthest = _largest_half_angle(float(wo[0, 2]), stretch)
     points, turns = _RINGS, _SECTORS

@@ -165,7 +165,7 @@ def widths(shape: Shape) -> tuple[RealArray, RealArray]:
 
 
 def pdf(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
-    """The density, per solid angle of wi, with which the shader samples a lobe: (..., n).
+    """The pdf, per solid angle of wi, with which the shader samples a lobe: (..., n).
 
     Of a microfacet lobe, that of half vectors about its normal, as many as there are microfacets; those that face away
     from the viewer reflect too, as if they were turned round. Of a diffuse lobe, the cosine; of sheen, all directions
@@ -239,6 +239,7 @@ def _gradient_of_facets(facets: _Facets, shape: Shape, pairs: Pairs) -> RealArra
     """`gradient`, by the logarithms of the two widths and by a rotation of the frame."""
     normal, moved = facets.frame[..., 2], _normals_by_tilt(shape.normal_offset, pairs.wo)
     rotation = np.swapaxes(facets.frame, -1, -2) @ _frame_by_normal(normal, moved, pairs.tangent)
+    # the half vector, and its derivative as the frame rotates
     sizes = [width[..., None] for width in widths(shape)]
     h, h_moved = facets.h, _rotate_components(facets.h, rotation)
     leaned = h[0] * h_moved[0] / sizes[0] ** 2 + h[1] * h_moved[1] / sizes[1] ** 2

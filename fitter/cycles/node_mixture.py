@@ -202,7 +202,6 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
 
     Parameters
     ----------
-    mixture : NodeMixture
     wo : (3,)
         The viewing direction, a unit vector; azimuths are from the tangent.
     wi : (n, 3)
@@ -255,7 +254,8 @@ def _refine_mixture(views: OutgoingDirections, turn: float | None, engine: Engin
 
 
 def _sampling(every: OutgoingDirections, mixture: NodeMixture) -> Sampling:
-    """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
+    """The selection probabilities and colours of lobes below the fit, and the residual, at the angles that nodes
+    tabulate."""
     views, kinds, shape = every.select(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
     everywhere = _columns(every, kinds, Shape(*(_interpolate(mixture.theta, every.theta, each) for each in shape)))
     columns = everywhere[::2]
@@ -288,8 +288,8 @@ def _average_near_knots(values: FloatArray) -> FloatArray:
 
 
 def _fit_lower_colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
-    """The colours of lobes of the least absolute error, of which that above the target counts far more: (views, lobes,
-    phases, channels)."""
+    """The colours of lobes of the least absolute error, above the target `_ABOVE` times as much, by reweighted least
+    squares: (views, lobes, phases, channels)."""
     lobes = _Lobes.make(views, columns)
     found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
@@ -416,7 +416,7 @@ def _solve(views: OutgoingDirections, lobes: _Lobes, weight: RealArray, like: _S
 
 
 def _colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
-    """The colours of the least absolute error: (views, lobes, phases, channels)."""
+    """The colours of the least absolute error, by reweighted least squares: (views, lobes, phases, channels)."""
     lobes = _Lobes.make(views, columns)
     found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _FLOOR))
     for _ in range(_REWEIGHTINGS):
@@ -453,11 +453,12 @@ def _shapes(lobes: Sequence[_Lobe], theta: FloatArray, engine: Engine) -> tuple[
 
 
 def _choose(views: OutgoingDirections, engine: Engine, turned: bool) -> list[_Lobe]:
-    """The lobes: what is left of all candidates when those have been removed without which the error grows least."""
+    """The lobes, by backward elimination: of all candidates, without those whose absence increases the error least."""
     candidates: list[_Lobe] = [("diffuse", 1.0, 0.0, 0.0), *_candidates(engine, turned)]
     kinds, shapes = _shapes(candidates, views.theta, engine)
     flat = _weighted_rows(views, _columns(views, kinds, shapes))
     columns = flat.reshape(len(flat), len(kinds), -1, flat.shape[-1])
+    # begin with all candidates
     chosen = np.arange(len(kinds))
     weight = _absolute_error_weights(views, views.target_rows, _FLOOR)
     best, error = chosen, np.inf
@@ -467,6 +468,7 @@ def _choose(views: OutgoingDirections, engine: Engine, turned: bool) -> list[_Lo
         found = _solve(views, _Lobes(few, None), weight, found)
         lobes = len(chosen) - 1
         weight = _absolute_error_weights(views, found.residual, _FLOOR / 2)
+        # few enough: settle the weights, and keep the set unless one more lobe was worth its error
         if lobes <= engine.lobes:
             for _ in range(_CHOICE_REWEIGHTINGS):
                 found = _solve(views, found.lobes, weight, found)
@@ -476,6 +478,7 @@ def _choose(views: OutgoingDirections, engine: Engine, turned: bool) -> list[_Lo
                 best, error = chosen, now
         if lobes <= 1:
             break
+        # eliminate those whose absence increases the error least, many at once while there are many
         worth = _error_growth(found, weight).reshape(len(chosen), -1).sum(axis=1)
         worth[0] = np.inf           # the first diffuse lobe
         fewer = max((lobes - engine.lobes) // 2, 1) if lobes > engine.lobes else 1
@@ -539,7 +542,7 @@ class _Variables:
 
 
 def _refine(views: OutgoingDirections, kinds: tuple[Kind, ...], shape: Shape, engine: Engine) -> Shape:
-    """Better shapes."""
+    """Shapes of the least penalised error, by variable projection with steps of Levenberg and Marquardt."""
     variables = _Variables(kinds, views.theta, engine)
     now = variables.pack(shape)
     bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
@@ -582,6 +585,7 @@ def _eliminate_colours(views: OutgoingDirections, kinds: tuple[Kind, ...], varia
     and (views, variables)."""
     columns = found.lobes.columns.shape[1]
     phases, lobes = views.azimuthal_basis.shape[1], [lobe for _, lobe in variables.places]
+    # derivatives of the rows by each variable, beside the rows themselves
     changed = sorted(set(lobes))
     gradients = _evaluate_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],
                                 Shape(*(each[:, changed] for each in variables.shape(now))))
@@ -600,6 +604,7 @@ def _eliminate_colours(views: OutgoingDirections, kinds: tuple[Kind, ...], varia
         coloured[..., at, columns + number] = colour[..., lobe * phases:(lobe + 1) * phases]
     transposed = np.swapaxes(coloured, -1, -2)
     normal, right = transposed @ normal @ coloured, (transposed @ right)[..., 0]
+    # eliminate the colours that are not 0: the Schur complement of their block
     free = (colour > 0).astype(float)
     inner = normal[..., :columns, :columns] * free[..., None] * free[..., None, :]
     size = np.einsum("vcll->vc", inner)[..., None] / columns + _TINY

@@ -73,7 +73,7 @@ class OutgoingDirections:
         return np.asarray(self.importance * share.astype(self.target.dtype)[:, None])
 
     def reflected_light(self, radiance: RealArray) -> FloatArray:
-        """The sum over the hemisphere: (views, channels, azimuths, n) to (views, azimuths, channels)."""
+        """The integral over the hemisphere: (views, channels, azimuths, n) to (views, azimuths, channels)."""
         return np.asarray(np.einsum("van,vcan->vac", self.solid_angle, radiance), dtype=float)
 
     def rows(self, values: RealArray, weights: RealArray) -> RealArray:
@@ -94,26 +94,23 @@ class OutgoingDirections:
         return OutgoingDirections(self.theta[views], self.azimuthal_basis, pairs, *chosen)
 
     def directional_error(self, radiance: RealArray) -> FloatArray:
-        """The share of the light that an approximation, (views, channels, azimuths, n), reflects in wrong directions:
-        (views,)."""
+        """The L1 directional error of an approximation, (views, channels, azimuths, n): the share of light in wrong
+        directions, (views,)."""
         difference = np.abs(self.target - radiance).sum(axis=1)
         return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.brightness)
 
 
 def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
-    """The views of a fit, of which only `evaluate` is used.
+    """The outgoing directions of a fit, and its values there; only its `evaluate` is used.
 
     Parameters
     ----------
-    turn : float, or None
+    turn
         The azimuth of the first principal axis, radians; None for an isotropic fit.
-    stretch : float
+    stretch
         Of `half_vector_grid`.
 
-    Returns
-    -------
-    Views
-        With one view between any two that nodes tabulate: every other one is tabulated.
+    One direction lies between any two that nodes tabulate: every other one is tabulated.
     """
     if turn is None:
         theta = direction_grid.outgoing_angles(between=1)

@@ -296,6 +296,7 @@ def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: i
             return np.clip(x + step, lower, upper)
         return try_damping
 
+    # from the start, moved within the bounds
     x, error, _ = levenberg_marquardt(
         np.clip(np.concatenate([np.ravel(getattr(start, name)) for name, *_ in chosen]), lower, upper), evaluate,
         linearise, steps=steps, tries=4, grow=8, shrink=5, enough=_ENOUGH)

@@ -13,7 +13,7 @@ _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
 def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> NDArray[np.float64]:
-    """The best probability of sampling each of some densities.
+    """Selection probabilities of densities, of the least second moment, by fixed-point iteration.
 
     It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, by a
     fixed-point iteration that keeps the shares positive.

@@ -24,7 +24,7 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     z : (n, channels) float64
     weights : (n,) float64
         Errors are multiplied by these.
-    count : int
+    count
         Control points to keep at most, mirror images included.
     """
     # control points at mirror images are equal: they are kept, and fitted, as one unknown

@@ -80,8 +80,9 @@ class NormalEquations:
 
     def reduced_system(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
                        ) -> tuple[FloatArray, FloatArray]:
-        """The equations of `solve`, of one unknown for all images of a control point: matrix and right side."""
+        """The system of `solve`, one unknown for all mirror images of a control point: matrix and right side."""
         matrix, moment = np.zeros((self._size, self._size)), np.zeros((self._size, z.shape[1]))
+        # the norms
         for norm, unknowns in zip(norms, self._unknowns, strict=False):
             if norm.ndim == 1:
                 matrix[np.diag_indices(self._size)] += np.bincount(unknowns, norm, self._size)
@@ -89,6 +90,7 @@ class NormalEquations:
                 at, folded = _fold_form(norm, unknowns)
                 matrix[at[:, None], at] = folded
         present, place = np.zeros(self._size + 1, dtype=bool), np.zeros(self._size + 1, dtype=int)
+        # the samples, by cell
         for _, together in itertools.groupby(self._cells, lambda cell: cell[0] // _TOGETHER):
             group = list(together)
             rows = self._order[group[0][0]:group[-1][1]]

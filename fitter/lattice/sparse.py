@@ -93,7 +93,7 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
     Parameters
     ----------
     control_points : dense.shape(level, axes) + (channels,) float64
-    count : int
+    count
         Number to keep; fewer are kept if fewer are reachable and not 0.
 
     Examples

@@ -85,14 +85,12 @@ def find_nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple
     ----------
     picture : (height, width, 3) float64
         Linear Rec.709, the top row first, cropped to the ball: its outline touches the edges of the middle square.
-    window : str
+    window
         Where the light comes from, of `WINDOWS`; empty: wherever it suits the photograph best.
-    count : int
 
     Returns
     -------
-    window : str
-    matches : list of Match
+    matches
         Those first of which least is left with their factors, and half of what is left without them.
 
     Raises

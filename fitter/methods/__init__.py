@@ -21,10 +21,8 @@ METHODS: dict[MethodName, Callable[..., Fit]] = {"mba": kameya_lewis.fit, "krigi
 def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
     """Do the part of a fit that does not depend on the levels, where a method has one that takes long.
 
-    Returns
-    -------
-    dict
-        Options for `fit`, with the same samples and method and any levels; empty where there is nothing to prepare.
+    Returns options for `fit`, with the same samples and method and any levels; empty where there is nothing to
+    prepare.
     """
     if method != "kriging":
         return {}
@@ -37,7 +35,6 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
 
     Parameters
     ----------
-    samples : Samples
     diffuse_level : int, 0 to 8
         D, the level of the dense lattice.
     specular_level : int, 0 to 8, or None
@@ -48,15 +45,11 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
     method : {"mba", "kriging"}
         "mba" is the method of Kameya and Lewis (2002), `kameya_lewis`. "kriging", `regression_kriging`, fits the
         samples more closely with less storage, and predicts unmeasured directions better.
-    plausible : bool
+    plausible
         With "kriging", make the fit physically plausible: nowhere negative, with a directional albedo of at most 1.
         `Fit.changes` says what that changed. "mba" ignores it.
     **options
         Of the method, as `prepare` returns them.
-
-    Returns
-    -------
-    Fit
 
     Raises
     ------

@@ -30,20 +30,17 @@ def edited(fit: Fit, diffuse: ArrayLike = 1.0, highlight: ArrayLike = 1.0, width
 
     Parameters
     ----------
-    fit : Fit
     diffuse, highlight : float or (channels,) array_like
         Factors of the diffuse part and of the highlight: gain times tint. A grey fit may get three.
-    width : float
+    width
         Of the highlight, 1 as measured: from 1/4, which sharpens, to 4, which roughens. Its energy is kept.
-    coat : float
+    coat
         Weight of a clear coat, 0 to 1.
-    coat_width : float
+    coat_width
         Alpha of the coat, a GGX: 0.01 to 1.
 
-    Returns
-    -------
-    Fit
-        `Fit.edit` says what was edited, `model.edit` what it means; without any edit, the fit as it was measured.
+    `Fit.edit` says what was edited, `model.edit` what it means; without any edit, the fit as it was
+    measured.
 
     Raises
     ------

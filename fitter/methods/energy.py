@@ -45,9 +45,9 @@ def conserve_energy(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
 
     Parameters
     ----------
-    transform : LogRelative
+    transform
         That of the fit.
-    samples : Samples
+    samples
         What was fitted: tells how far the measurement reaches, and what it lost.
     """
     with progress.part(0.0, 0.15):

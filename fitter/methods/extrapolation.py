@@ -1,10 +1,10 @@
-"""What a field is beyond the measured angles: a guess with the colour of the last angles, and no growth of its own.
+"""Extrapolation of a field outside the measured domain: with the colour at its edge, and no growth of its own.
 
-A process continues the field above the prior as it was about to change, in each channel for itself: highlights turn
-yellow or magenta where nobody measured. Here each pair of directions beyond has a pair within that has the same half
-vector, so that a highlight is compared with itself. The differences between channels are those there. Their mean is
-the continued one; of many samples, whose lattices know no process, not where it would grow: growth toward the horizon
-is the prior's.
+A Gaussian process continues the field above the prior along its slope, in each channel for itself: extrapolated
+highlights turn yellow or magenta. Here each extrapolated pair of directions has a measured pair with the same half
+vector, so that a highlight is compared with itself. The differences between channels are those of the measured pair.
+The mean over channels is the continued one; of many samples, whose lattices know no process, it is no larger than that
+of the measured pair: growth toward the horizon is the prior's.
 """
 
 from collections.abc import Iterable
@@ -18,10 +18,10 @@ from ..coordinates import direction_sampling
 from ..samples import HORIZON, Samples
 from ..shader_constants import LEAST_LENGTH
 
-_DIRECTIONS = 4000          # at which a field of many samples is led
+_DIRECTIONS = 4000          # at which the field of many samples is extrapolated
 _STEPS = 20                 # of bisection
 _FAR = np.radians(3)        # over which the colour of a process becomes that of the last angles
-_MARGIN = np.radians(0.5)   # beyond the last angle that count as measured
+_MARGIN = np.radians(0.5)   # beyond the last angle that counts as measured
 
 
 class MeasuredDomain(NamedTuple):
@@ -32,39 +32,41 @@ class MeasuredDomain(NamedTuple):
 
 
 def measured_domain(samples: Samples) -> MeasuredDomain:
-    """How far samples go."""
+    """The measured domain of samples, from the largest polar angles of both directions."""
     smaller, larger = sorted((float(samples.theta_i.max()), float(samples.theta_o.max())))
     return MeasuredDomain(larger + _MARGIN, smaller + _MARGIN)
 
 
 def is_extrapolated(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDomain) -> BoolArray:
-    """Whether pairs of directions are beyond what was measured; by reciprocity either may be the light's."""
+    """Whether pairs of directions lie outside the measured domain; by reciprocity either may be the light's."""
     return np.asarray((np.maximum(theta_i, theta_o) > limits.larger) | (np.minimum(theta_i, theta_o) > limits.smaller))
 
 
 def is_extrapolated_in_any(theta_i: FloatArray, theta_o: FloatArray, limits: Iterable[MeasuredDomain]) -> BoolArray:
-    """Whether pairs of directions, (n,) radians each, are beyond what was measured of any of several materials."""
+    """Whether pairs of directions, (n,) radians each, lie outside the measured domain of any of several materials."""
     none: BoolArray = np.zeros(len(theta_i), dtype=bool)
     return reduce(np.logical_or, (is_extrapolated(theta_i, theta_o, each) for each in limits), none)
 
 
 def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:
-    """Directions that are beyond, at most `_DIRECTIONS` of them: four (n,) arrays, radians."""
+    """Directions outside the measured domain, at most `_DIRECTIONS` of them: four (n,) arrays, radians."""
     every = direction_sampling.sample_directions(_DIRECTIONS, isotropic)
     return select_directions(every, is_extrapolated(every[0], every[2], limits))
 
 
 def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
-    """The nearest directions within that have the same half vectors, as far as there are any; (n,) each, radians."""
+    """The nearest pairs in the measured domain of the same half vectors, by bisection of the difference angle: four
+    (n,) arrays, radians."""
     first, second = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
                      for theta, phi in (pairs[:2], pairs[2:]))
     half = first + second
     length = np.linalg.norm(half, axis=1, keepdims=True)
     half = np.where(length > LEAST_LENGTH, half / np.maximum(length, LEAST_LENGTH), [0.0, 0.0, 1.0])
-    # a half vector beyond is tilted toward the normal
+    # a half vector outside the domain moves to its edge, toward the normal
     flat = np.hypot(half[:, 0], half[:, 1])
     tilt = np.minimum(np.arctan2(flat, half[:, 2]), limits.smaller)
     half = np.column_stack([half[:, :2] * (np.sin(tilt) / np.maximum(flat, LEAST_LENGTH))[:, None], np.cos(tilt)])
+    # the difference vector, perpendicular to the half vector
     apart = (first - second) / 2
     sine = np.linalg.norm(apart, axis=1, keepdims=True)
     apart = apart - half * (apart * half).sum(axis=1, keepdims=True)
@@ -76,6 +78,7 @@ def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
         angles = [(np.arctan2(np.hypot(w[:, 0], w[:, 1]), w[:, 2]), np.arctan2(w[:, 1], w[:, 0])) for w in both]
         return *angles[0], *angles[1]
 
+    # the largest difference angle within the domain
     for _ in range(_STEPS):
         middle = (low + high) / 2
         theta_i, _, theta_o, _ = pair_at(middle)
@@ -86,14 +89,15 @@ def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
 
 
 def extrapolation_distance(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDomain) -> FloatArray:
-    """How far pairs are beyond, from 0 at the last angles to 1 at `_FAR` from them, so that there is no kink: (n,)."""
+    """The distance of pairs from the measured domain, from 0 at its edge to 1 at `_FAR` from it, so that there is no
+    kink: (n,)."""
     larger = np.maximum(theta_i, theta_o) - limits.larger
     smaller = np.minimum(theta_i, theta_o) - limits.smaller
     return np.clip(np.maximum(larger, smaller) / _FAR, 0, 1)
 
 
 def transfer_colour(there: FloatArray, continued: FloatArray) -> FloatArray:
-    """A field with the differences between channels that it has elsewhere: (n, channels) each."""
+    """The continued field with the differences between channels of another: (n, channels) each."""
     return there + continued.mean(axis=1, keepdims=True) - there.mean(axis=1, keepdims=True)
 
 

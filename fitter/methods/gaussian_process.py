@@ -129,7 +129,7 @@ class Field:
 
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> tuple[Field, FloatArray]:
-    """Fit the field to samples.
+    """Simple kriging: the mean of a Gaussian process given samples, and its leave-one-out predictions.
 
     Parameters
     ----------
@@ -141,7 +141,6 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
 
     Returns
     -------
-    field : Field
     left_out : (n, channels) float64
         What the field of all other samples is at each sample (Rasmussen and Williams, equation 5.12).
 
@@ -212,7 +211,7 @@ class Search:
         self._innovations: dict[tuple[int, Kernel], tuple[FloatArray, FloatArray]] = {}
 
     def maximise(self, systems: Sequence[int]) -> MaximumLikelihood:
-        """The likeliest that was found in systems, by changing prior, system, length and reciprocity in turn."""
+        """The maximum likelihood in some systems, by coordinate ascent over prior, system, length and reciprocity."""
         likeliest = self._maximise_noise(systems[len(systems) // 2], Kernel(reciprocity=self.reciprocities[0]),
                                          len(self.candidates) - 1)
         for turn in range(_ROUNDS):
@@ -232,7 +231,7 @@ class Search:
         return likeliest
 
     def _maximise_noise(self, system: int, kernel: Kernel, prior: int) -> MaximumLikelihood:
-        """The likeliest noise, with all else given: uphill from that of a kernel."""
+        """The maximum likelihood over the noise, all else given: hill climbing along `NOISES` from that of a kernel."""
         likeliest, first = self._evaluate_noise(system, kernel, prior), NOISES.index(kernel.noise)
         for noises in (NOISES[first + 1:], NOISES[:first][::-1]):
             for noise in noises:

@@ -102,7 +102,7 @@ def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, kno
 
     Parameters
     ----------
-    coordinates : Coordinates
+    coordinates
         Those in which distances are measured.
     known : (n,) float64
         Variance of each sample's noise, relative to that of the field.

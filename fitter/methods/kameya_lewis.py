@@ -22,14 +22,8 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
 
     Parameters
     ----------
-    samples : Samples
-    levels : Levels
-    plausible : bool
+    plausible
         Ignored: the paper's method cannot ensure that a fit is plausible.
-
-    Returns
-    -------
-    Fit
     """
     if not samples.isotropic:
         levels.check_four_axes()

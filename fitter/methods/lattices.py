@@ -58,14 +58,15 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
 
     Parameters
     ----------
-    samples : Samples
+    samples
         Those that the field was fitted to; isotropic.
-    field : Field
+    field
         Over 2 x - 1 of the coordinates x.
-    highlight : Highlight, optional
+    highlight
         What becomes of the field in a highlight.
     """
     progress.report(0.0, "Fitting the dense lattice")
+    # interpolate the field at the nodes
     nodes = dense.nodes(levels.diffuse)
     values = field.predict(2 * nodes.reshape(-1, nodes.shape[-1]) - 1).reshape(*nodes.shape[:-1], -1)
     if levels.diffuse:
@@ -76,6 +77,7 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
         values = highlight.blend(coordinates.decode(nodes.reshape(-1, nodes.shape[-1])), flat).reshape(values.shape)
     box = dense.interpolate(values, levels.diffuse)
     progress.report(0.2)
+    # what else the lattices follow: the field at the samples, and between them
     between = _random_directions(samples)
     directions = concatenate_directions([samples.directions, between])
     x = coordinates.encode(*directions)
@@ -87,6 +89,7 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
     bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset
     weights = share * bright ** WEIGHT
     weights /= math.sqrt(np.mean(weights ** 2))
+    # move the control points that matter most, by regularised least squares
     if levels.diffuse <= _FINEST[x.shape[1]]:       # a finer one interpolates well enough
         residual = wanted - dense.evaluate(box, levels.diffuse, x)
         chosen = _most_useful(x, levels.diffuse, weights, residual, _TOGETHER, np.zeros(0, int))
@@ -103,7 +106,7 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
 
 def _transfer_last_colour(values: FloatArray, nodes: FloatArray, samples: Samples, coordinates: Coordinates,
                           field: Field) -> FloatArray:
-    """The values (..., channels) at nodes (..., 3), with the colour of the last angles where these are beyond."""
+    """Values (..., channels) at nodes (..., 3), outside the measured domain with the colour of its edge."""
     limits, at = extrapolation.measured_domain(samples), coordinates.decode(nodes.reshape(-1, nodes.shape[-1]))
     which = extrapolation.is_extrapolated(at[0], at[2], limits)
     flat = values.reshape(-1, values.shape[-1])
@@ -149,11 +152,12 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
 
     Parameters
     ----------
-    samples : Samples
+    samples
         Isotropic, or not if the coordinates have four axes.
-    levels : Levels
+    levels
         At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """
+    # a stratified sample
     used = subsample(samples, _LOOKED_AT)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
     which, stood_for = stratified_sample(x)
@@ -161,11 +165,13 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
     z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset, stood_for)
 
     progress.report(0.0, "Fitting the dense lattice")
+    # the dense lattice, with the precision of the kernel as its prior
     no_keys = np.zeros(0, int)
     level, finer = min(levels.diffuse, _FINEST[axes]), levels.diffuse
     norm = kernel.noise * precision(level, axes, kernel)
     control_points, = NormalEquations(x, [(level, None)]).solve(weights, z, [norm])
     box = _refine_box(control_points, level, finer, axes)
+    # extrapolated directions count as samples
     limits = extrapolation.measured_domain(samples)
     guessed = extrapolation.sample_extrapolated(limits, samples.isotropic)
     if len(guessed[0]):
@@ -177,12 +183,14 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
         guesses = extrapolation.extrapolate(continued, last)
         x, z = np.concatenate([x, *at]), np.concatenate([z, guesses, guesses])
         weights = np.concatenate([weights, np.ones(2 * len(guesses))])
+    # of a finer dense lattice only some control points move
     if level < finer:
         residual = z - dense.evaluate(box, finer, x)
         chosen = _most_useful(x, finer, weights, residual, _TOGETHER, no_keys)
         box += _scatter_to_box(finer, axes, chosen, _solve_control_points(x, finer, chosen, weights, residual, kernel))
     if levels.specular is None:
         return DenseLattice(finer, box.astype(np.float32)), None
+    # the sparse lattice, in batches of the control points that matter most
     keys, sparse = no_keys, _scatter_to_box(levels.specular, axes, no_keys, z[:0])
     for number in range(_BATCHES[axes]):
         progress.report(0.4 + 0.6 * number / _BATCHES[axes], "Fitting the sparse lattice")
@@ -204,7 +212,8 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
 
 
 def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
-    """At most `MAX_STRATIFIED` of coordinates (n, axes) in [0, 1]: their indices, and how many each stands for.
+    """A stratified random sample of at most `MAX_STRATIFIED` of coordinates (n, axes) in [0, 1]: their indices, and how
+    many each stands for.
 
     Some are a stratified random sample of the cells of a grid, with as many of each: about a mirror direction a table
     may have a handful amid millions elsewhere, of which a random sample has none, and lattices have spikes and holes.
@@ -235,7 +244,7 @@ def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: Float
 
 def _solve_control_points(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray,
                           kernel: Kernel) -> FloatArray:
-    """Independent control points that follow a residual: (k, channels)."""
+    """Independent control points that follow a residual, by regularised least squares: (k, channels)."""
     control_points, = NormalEquations(x, [(level, keys)]).solve(weights, residual, [_independent(keys, kernel)])
     return control_points
 
@@ -305,7 +314,7 @@ class IncidenceValidation:
                 self._lots.append((*equations, x[out], weights[out, None], z[out]))
 
     def error(self, kernel: Kernel) -> float:
-        """The root mean square of weighted errors of the field."""
+        """The root mean square of weighted errors of the field, by cross-validation: at incidences left out."""
         inverse = kernel.noise * precision(self._level, self._axes, kernel)[self._first[:, None], self._first]
         errors = [weights * (dense.evaluate(self._box(matrix + inverse, moment), self._level, x) - z)
                   for matrix, moment, x, weights, z in self._lots]
@@ -316,7 +325,8 @@ class IncidenceValidation:
             *dense.shape(self._level, self._axes), -1))
 
     def select_kernel(self, kernels: Sequence[Kernel]) -> Kernel:
-        """The first of kernels whose error is the least, but for what so coarse a lattice does not show."""
+        """The first of kernels whose cross-validated error is the least, but for what so coarse a lattice does not
+        show."""
         errors = [self.error(kernel) for kernel in kernels]
         return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= _ALIKE * min(errors))
 

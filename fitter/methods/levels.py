@@ -33,7 +33,7 @@ class Levels:
     --------
     95 percent of the 67^3 control points of level 6 are dropped:
 
-    >>> Levels(4, 6, 95.0).kept_of(3)
+    >>> Levels(4, 6, 95.0).kept_count(3)
     15038
     """
 

@@ -67,7 +67,7 @@ def parameter_count(model: Microfacet) -> int:
 
 
 def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Microfacet]:
-    """The Lambertian of typical values, and the best models found with one lobe, two lobes, and so on.
+    """The Lambertian of typical values, and the least-squares models with one lobe, two lobes, and so on.
 
     Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is
     left out.
@@ -76,7 +76,7 @@ def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Mic
     ----------
     typical : (m, channels) float64
         1/sr.
-    offset : float
+    offset
         1/sr, positive.
     """
     models = [lambertian(typical)]
@@ -144,7 +144,8 @@ class _Problem:
         return min((self.minimise(model, _ITERATIONS) for model, _ in promising), key=_cost)
 
     def minimise(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
-        """The best model near a start, and its sum of squares."""
+        """The model of the least regularised squares near a start, by Levenberg and Marquardt, and its sum of
+        squares."""
         channels, kinds = self.values.shape[1], start.kinds
         count = _PARAMETERS if self.surface_components is None else _ANISOTROPIC_PARAMETERS
         target = bounded_log(self.values, 1.0)
@@ -200,7 +201,8 @@ def _cost(solved: tuple[Microfacet, float]) -> float:
 
 
 def _regularisation_forms(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
-    """The quadratic forms that pull all parameters toward their start, and a lobe's strengths toward their mean."""
+    """The quadratic forms that regularise all parameters toward their start, and a lobe's strengths toward their
+    mean."""
     count = shape * lobes + channels * (lobes + 1)
     apart = np.eye(channels) - 1 / channels
     colour = np.zeros((count, count))

@@ -89,8 +89,9 @@ class Estimate:
 
 
 def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
-    """The likeliest coordinates, prior and kernel of samples, and the field where there are few; the prior is `lobes`
-    where these are known."""
+    """The maximum-likelihood coordinates, prior and kernel of samples, and the field where there are few; the prior is
+    `lobes` where these are known."""
+    # priors of one, two and three lobes
     grey = _desaturation(samples.values)
     plain = replace(samples, values=desaturate(samples.values, grey))
     typical = _typical(plain)
@@ -103,6 +104,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     if not samples.isotropic or len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
         progress.report(0.4, "Fitting shape")
         return _estimate_many(samples, transforms)
+    # the maximum likelihood over coordinates, kernel and prior
     families = _families(samples, transforms[-1].prior)
     searched = subsample(samples, _SEARCHED)
     systems = [system for family in families for system in family]
@@ -119,6 +121,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
         first += len(family)
     likeliest = max(trials, key=lambda each: each.value)
     progress.report(0.8, "Fitting shape")
+    # the field of all samples, and the colour of its highlight
     coordinates, transform = systems[likeliest.system], transforms[likeliest.prior]
     known = _known_noise(samples, transform)
     field, left_out = gaussian_process.krige(
@@ -216,17 +219,12 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
 
     Parameters
     ----------
-    samples : Samples
-    levels : Levels
+    levels
         For anisotropic samples, `Levels.four_axis_levels` of them.
-    plausible : bool
+    plausible
         Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
-    estimated : Estimate, optional
+    estimated
         What `estimate` returned for these samples.
-
-    Returns
-    -------
-    Fit
 
     Examples
     --------
@@ -281,8 +279,8 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
 
 
 def _desaturation(values: FloatArray) -> float:
-    """The desaturation that makes nearly all bright samples positive: `LogRelative.desaturation`, of (n, channels),
-    1/sr."""
+    """The desaturation that makes nearly all bright samples, (n, channels) in 1/sr, positive:
+    `LogRelative.desaturation`."""
     if values.shape[1] != len(RGB):
         return 0.0
     mean, least = values.mean(axis=1), values.min(axis=1)

@@ -30,16 +30,11 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
 
     Parameters
     ----------
-    samples : Samples
-    tolerance : float
+    tolerance
         Root mean square error over all samples and channels, 1/sr.
-    held_out : bool
+    held_out
         Measure the error at samples that were held out of the fit, in five folds (`cross_validation.cross_validate`),
         instead of at the fitted samples.
-
-    Returns
-    -------
-    Fit
 
     Raises
     ------
@@ -64,6 +59,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
         folds = [_Fold(samples, part) for part in progress.each(parts)]
     whole = folds[0] if not held_out else _Fold(samples, None)
 
+    # bisection over the compression, for each diffuse level
     counts = [count for count in KEPT if count <= 8 * len(samples)]
     smallest: Fit | None = None
     best = np.inf, ""

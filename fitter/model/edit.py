@@ -95,7 +95,8 @@ class Edit:
 
     def widen_highlight(self, measured: _Measured, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray,
                         phi_o: FloatArray) -> FloatArray:
-        """The highlight in all columns, widened: (n, columns), 1/sr."""
+        """The highlight in all columns, read at narrowed directions, times their Jacobian and `balance`: (n, columns),
+        1/sr."""
         directions, density = narrow_directions(theta_i, phi_i, theta_o, phi_o, self.width)
         value = np.maximum(measured(*directions), 0)
         highlight: FloatArray = (value - diffuse_part(value, self.level)) * density[:, None]
@@ -118,7 +119,7 @@ def diffuse_part(value: FloatArray, level: FloatArray) -> FloatArray:
 
 def narrow_directions(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray,
                       width: float) -> tuple[tuple[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Where a highlight that is widened is read, and the density of its half vectors relative to there.
+    """The directions at which a widened highlight is read, and the Jacobian of their half vectors.
 
     Parameters
     ----------

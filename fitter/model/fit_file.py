@@ -58,6 +58,7 @@ def to_bytes(parts: dict[str, Any]) -> bytes:
     """
     coordinates, transform, edit = parts["coordinates"], parts["transform"], parts["edit"]
     diffuse, specular, below = parts["diffuse"], parts["specular"], parts["subsurface"]
+    # what every fit has
     header: dict[str, Any] = {
         "format": FIT_FORMAT, "version": VERSION, "coordinates": coordinates.name,
         "transform": _IDENTITY if transform is None else transform.name,
@@ -66,17 +67,20 @@ def to_bytes(parts: dict[str, Any]) -> bytes:
         "changes": list(parts["changes"]), "name": str(parts["name"]),
         "source": files.strip_folders(str(parts["source"]))}
     arrays: _Arrays = {"diffuse": diffuse.control_points}
+    # the sparse lattice
     if specular is not None:
         index = specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": specular.coefficients, "keys": index.keys, "displacement": index.displacement}
     header |= {name: float(number) for name, number in vars(coordinates).items()}
+    # the transform and its prior
     if transform is not None:
         header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0), "grey": transform.desaturation,
                    "lobes": list(transform.prior.kinds)}
         names = _PRIOR if transform.prior.isotropic else (*_PRIOR, *_ANISOTROPIC_PRIOR)
         arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in names}
         arrays |= {"prior_ceiling": transform.ceiling, "damping": transform.damping}
+    # edit and subsurface, where there are any
     if edit is not None:
         header["edit"] = {name: float(getattr(edit, name)) for name in _EDIT_NUMBERS}
         arrays |= {f"edit_{name}": getattr(edit, name) for name in _EDIT}
@@ -113,6 +117,7 @@ def from_bytes(content: bytes, path: str | Path | None = None) -> dict[str, Any]
 def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     channels = tuple(header["channels"])
     _check(channels and all(isinstance(name, str) for name in channels), "its channels are not names")
+    # columns are numbered from 0 without gaps
     columns, changes = tuple(header["columns"]), tuple(header["changes"])
     _check(len(columns) == len(channels) and all(type(i) is int and 0 <= i < len(columns) for i in columns)
            and set(columns) == set(range(max(columns) + 1)), "its channels refer to columns that do not exist")
@@ -120,12 +125,14 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     parts: dict[str, Any] = {"channels": channels, "columns": columns, "changes": changes,
                              "name": str(header["name"]), "source": str(header["source"])}
     stored = max(columns) + 1
+    # the dense lattice, over its coordinates
     level = _level(header["diffuse_level"])
     coordinates = _coordinates(header)
     axes = len(coordinates.axes)
     diffuse = _array(entries, "diffuse", (*dense.shape(level, axes), stored), np.float32)
     parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": coordinates,
               "transform": _transform(header, entries, stored), "edit": _edit(header, entries, len(columns), stored)}
+    # light below the surface
     if "subsurface" in header:
         below = header["subsurface"]
         albedo, path = (np.array(below[name], dtype=float) for name in ("albedo", "mean_free_path"))
@@ -135,6 +142,7 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     if header["specular_level"] is None:
         return parts
 
+    # the sparse lattice: keys and hash table must agree
     level = _level(header["specular_level"])
     compression = float(header["compression"])
     _check(0 <= compression <= 100, "its compression is not a percentage")
@@ -183,6 +191,7 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
         "kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,),
         "across": (lobes,), "turn": (lobes,)}
     names = _PRIOR if "prior_across" not in entries else (*_PRIOR, *_ANISOTROPIC_PRIOR)
+    # the prior
     kinds = tuple(header["lobes"])
     _check(len(kinds) == lobes and set(kinds) <= set(microfacet.KINDS), "the lobes of its prior are unknown")
     prior = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64)
@@ -190,6 +199,7 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     for name, (low, high) in microfacet.RANGES.items():
         _check_range(f"prior_{name}", getattr(prior, name), low, high)
     ceiling = _array(entries, "prior_ceiling", (stored,), np.float64)
+    # the transform
     offset = header["offset"]
     _check(type(offset) in (int, float), "its offset is not a number")
     for name, numbers, low in (("kd", prior.kd, 0), ("ks", prior.ks, 0), ("ceiling", ceiling, _LEAST_CEILING),
@@ -200,6 +210,7 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     grey = header["grey"]
     _check(type(grey) in (int, float) and 0 <= grey <= _MOST_GREY and (not grey or stored == len(RGB)),
            f"its share of grey is not within 0 to {_MOST_GREY}, or its channels are not three")
+    # damping, where energy was conserved
     damping = np.zeros((0, 1))
     if len(entries["damping"]):
         damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)

@@ -165,6 +165,7 @@ def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha:
     cos_i, cos_o = at.cos_i, at.cos_o
     nothing = np.zeros(np.shape(at.tan2_h))
     unturned = [] if in_surface is None else [nothing, nothing]
+    # each kind returns its value, and a function of its derivatives
     if kind == "retro":
         ratio, growth = at.tan2_b / alpha ** 2, at.cos_r ** 2
         steepness, fresnel = 1 + ratio, f0 + (1 - f0) * growth
@@ -181,8 +182,10 @@ def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha:
         if in_surface is None or across is None:
             raise ValueError("fibres without the components in the surface")
         return _fibres(at, in_surface, alpha, gamma, f0, across, turn)
+    # mirror lobes: Fresnel after Schlick
     growth = (1 - at.cos_d) ** 5
     fresnel = f0 + (1 - f0) * growth
+    # one width
     if in_surface is None or across is None:
         m2 = min(alpha, 1.0) ** 2
         ratio = at.tan2_h / alpha ** 2
@@ -200,6 +203,7 @@ def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha:
             return [by_alpha, -np.log(steepness) * value, falloff * (1 - growth), *unturned]
 
         return value, slopes
+    # two widths, in the axes of the lobe
     incident, outgoing, slope = (each * np.exp(-1j * turn) for each in in_surface)
     squares = (slope.real / alpha) ** 2, (slope.imag / across) ** 2
     steepness = (1 + squares[0] + squares[1]) / (1 + at.tan2_h)

@@ -145,14 +145,11 @@ def load_published(name: str) -> Samples:
 
     Parameters
     ----------
-    name : str
+    name
         One of `list_published`, or ``translucent; scattering 2.19 2.62 3; absorption .0021 .0041 .0071; index 1.5``:
         a translucent material by `model.translucent.WORDS`.
 
-    Returns
-    -------
-    Samples
-        Red, green and blue, linear Rec.709. Their `notes` say that they are not measured.
+    They are red, green and blue, linear Rec.709. Their `notes` say that they are not measured.
 
     Raises
     ------

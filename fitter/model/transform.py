@@ -98,7 +98,7 @@ def _smooth_max_one(x: FloatArray) -> FloatArray:
 
 
 def desaturate(values: FloatArray, grey: float) -> FloatArray:
-    """Values of which a share is replaced by their mean over channels: (n, channels) to (n, channels).
+    """Values mixed with their mean over channels, by weights 1 - grey and grey: (n, channels) to (n, channels).
 
     Examples
     --------

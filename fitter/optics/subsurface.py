@@ -150,15 +150,15 @@ def check(albedo: FloatArray, mean_free_path: FloatArray, index: float) -> None:
 
 
 def color_to_single_scattering(color: float) -> float:
-    """The single scattering albedo that Cycles makes of a colour's channel."""
+    """The single scattering albedo to which Cycles converts a colour's channel."""
     (a, b, c), (d, e, f), blend = _NEAR, _FAR, color ** 0.25
     return float(min((1 - blend) * a * np.arctan(b * color) ** c + blend * d * np.arctan(e * color) ** f,
                      _MOST_SCATTERED))
 
 
 def multiple_scattering_albedo(scattered: float, index: float) -> float:
-    """The share of light that has entered, evenly from all sides outside, which leaves again, by the single scattering
-    albedo; below a smooth dielectric."""
+    """The albedo of a medium below a smooth dielectric for even light from outside, by Chandrasekhar's H: of a single
+    scattering albedo."""
     if scattered >= 1:
         return 1.0
     critical = np.sqrt(1 - 1 / index ** 2)
@@ -172,7 +172,7 @@ def multiple_scattering_albedo(scattered: float, index: float) -> float:
 
 
 def walk_albedo(scattered: float, index: float) -> float:
-    """The share of light that Cycles' walks bring back, whose light enters evenly from outside, refracted by an index.
+    """The albedo of Cycles' random walk for even light from outside, refracted by an index.
 
     Without a surface a half-space reflects 1 - H(mu) sqrt(1 - a) of light from mu; a share of walks that falls as
     k^(-3/2) has k steps, and is integrated over the root of _STEPS / k.
@@ -185,15 +185,15 @@ def walk_albedo(scattered: float, index: float) -> float:
 
 @cache
 def _mean_entry_h(scattered: float, index: float) -> float:
-    """The mean of H over light that enters evenly from outside, refracted by an index."""
+    """The mean of H over even light from outside, refracted by an index."""
     cosine, weight = _gauss(0, 1)
     inside = np.sqrt(1 - (1 - cosine ** 2) / index ** 2)
     return float(2 * (cosine * weight) @ np.interp(inside, cosine, _h(scattered, cosine, weight)))
 
 
 def path_widening(scattered: FloatArray, index: float) -> FloatArray:
-    """How much farther light leaves by the walk than below a surface, for the same mean free path: of single scattering
-    albedos, (3,)."""
+    """The ratio of the distances at which light leaves by the walk and below a surface, for one mean free path: of
+    single scattering albedos, (3,)."""
     at = np.sqrt(1 - scattered)
     rows = np.array([np.interp(at, ABSORBED, row) for row in _WIDER])
     return np.array([np.interp(index, INDICES_OF_FACTOR, column) for column in rows.T])
@@ -216,7 +216,7 @@ def _h(scattered: float, mu: FloatArray, weight: FloatArray) -> FloatArray:
 
 
 def bisect(function: Callable[[float], float], value: float) -> float:
-    """Where a function that rises has a value, by halving 0 to 1."""
+    """The argument in [0, 1] at which a rising function has a value, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = (low + high) / 2

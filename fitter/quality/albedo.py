@@ -98,7 +98,7 @@ def estimate(samples: Samples) -> Albedo:
 
 
 def implausibility_message(samples: Samples) -> str:
-    """What is to be said of measurements that no surface has; empty of others."""
+    """The message about measurements that no surface has; empty for others."""
     found = estimate(samples)
     return f"{samples.name} reflects {found.text()}" if found.is_doubtful else ""
 

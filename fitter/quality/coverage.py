@@ -29,11 +29,11 @@ _AT_ONCE = 1024             # samples compared with all probes at a time: fits t
 
 
 def widest_gap(samples: Samples) -> tuple[float, tuple[float, ...]]:
-    """The probe that is farthest from the nearest sample.
+    """The widest gap in angular coverage: the probe that is farthest from the nearest sample.
 
     Returns
     -------
-    distance : float
+    distance
         Degrees.
     at : (float, float, float), or (float, float, float, float)
         Incident and outgoing polar angle, and the azimuth between them, degrees; of an anisotropic material, and the

@@ -50,15 +50,15 @@ def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
 
 def cross_validate(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
                    seed: int = SEED) -> HeldOutErrors:
-    """Errors of a fit at samples, each of which is predicted by a fit to the other folds.
+    """Errors of a fit by cross-validation: each sample is predicted by a fit to the other folds.
 
     Raises ValueError if there is only one sample.
 
     Parameters
     ----------
-    fit : callable
+    fit
         Makes a model of samples.
-    parts, seed : int
+    parts, seed
         The number of folds, and the seed of the division.
     """
     if len(samples) < 2:
@@ -70,7 +70,7 @@ def cross_validate(samples: Samples, fit: Callable[[Samples], Reflectance], part
 
 
 def predict_part(samples: Samples, part: IntArray, fit: Callable[[Samples], Reflectance]) -> FloatArray:
-    """What a fit to all samples but a part, indices (k,), predicts of the part: (k, channels), 1/sr."""
+    """Predictions of a part of samples, indices (k,), by a fit to all others: (k, channels), 1/sr."""
     others = np.ones(len(samples), dtype=bool)
     others[part] = False
     return fit(subset(samples, others)).evaluate(*select_directions(samples.directions, part))

@@ -26,10 +26,6 @@ def error_metrics(measured: ArrayLike, fitted: ArrayLike) -> ErrorMetrics:
     measured, fitted : (n,) or (n, channels) array_like
         BRDF values, 1/sr.
 
-    Returns
-    -------
-    ErrorMetrics
-
     Raises
     ------
     ValueError

@@ -73,7 +73,7 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, phi_o: float = 0.
     ----------
     theta_o : (n,) array_like
         Radians.
-    phi_o : float
+    phi_o
         Radians; of an isotropic model it does not matter.
 
     Returns

@@ -72,7 +72,7 @@ class Judgement(NamedTuple):
 
 
 def lightness_error(samples: Samples, predicted: FloatArray) -> float:
-    """The root mean square error of predictions (n, channels), 1/sr, in steps of lightness.
+    """The root mean square error of predictions (n, channels), 1/sr, in delta L*, the steps of lightness.
 
     Examples
     --------
@@ -145,8 +145,8 @@ def grade_message(what: str, error: float, limits: tuple[float, ...]) -> Judgeme
 
 
 def extrapolated_share(verdict: Verdict) -> float:
-    """The share of a white ball's picture under an even sky that pairs of directions make which are beyond the measured
-    angles; 0 where these are not known.
+    """The extrapolated share of the picture of a white ball under an even sky: of its pairs of directions outside the
+    measured domain; 0 where that is not known.
 
     Of the light that a Lambertian ball sends to a far camera, sin^2 t comes from where the viewer is up to t from the
     normal, and of that sin^2 t from light up to t.

@@ -212,9 +212,9 @@ def hold_lock(path: str | Path, wait: bool = False) -> Iterator[None]:
 
     Parameters
     ----------
-    path : path-like
+    path
         The file need not exist; its folder must.
-    wait : bool
+    wait
         Wait for the lock, instead of raising an error.
 
     Examples
@@ -227,6 +227,7 @@ def hold_lock(path: str | Path, wait: bool = False) -> Iterator[None]:
     """
     path = real_path(path)
     beside = path.with_name(path.name + ".lock")
+    # the lock of a file that is still in its place
     while True:
         stream = _lock_file(beside)
         try:
@@ -240,6 +241,7 @@ def hold_lock(path: str | Path, wait: bool = False) -> Iterator[None]:
         if _is_still(beside, stream):
             break
         stream.close()                      # the last holder has removed this lock file: make a new one
+    # say who holds it, for the message of others
     try:
         stream.seek(0)
         stream.truncate()

@@ -66,7 +66,7 @@ def test_a_diffuse_lobe_stands_on_its_tilted_normal(random):
 @pytest.mark.parametrize("kind", node_lobes.FACETS)
 def test_a_lobe_that_is_tilted_to_the_viewer_looks_back(random, kind):
     wo, wi = direction(0.8), hemisphere(random, 20_000)
-    values = value(kind, shape(0.4, normal_offset=1.0), wo, wi)
+    values = value(kind, shape(0.4, tilt=1.0), wo, wi)
     assert wi[values.argmax()] @ wo > 0.99
 
 

@@ -20,7 +20,7 @@ from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
-from fitter.model.transform import STEEPEST
+from fitter.model.transform import LARGEST_EXPONENT
 from fitter.samples import subset
 from support import checkout
 from support.cases import quick, release
@@ -99,7 +99,7 @@ def clipped(fit, pairs):
     theta, phi = (angle.reshape(-1, 2) for angle in angles(pairs))
     transform = fit.transform
     prior = transform.prior.evaluate(theta[:, 0], phi[:, 0], theta[:, 1], phi[:, 1])[:, columns].reshape(f.shape)
-    steepest = f + transform.offset >= 0.9 * np.exp(STEEPEST) * (prior + transform.offset)
+    steepest = f + transform.offset >= 0.9 * np.exp(LARGEST_EXPONENT) * (prior + transform.offset)
     return (f <= transform.floor) | steepest
 
 
