@@ -25,7 +25,7 @@ from .operators import (
 )
 from .settings import BALL, CARD, CHOSEN, GUESS, INTENSITY
 
-_ROWS = 5                   # of the list
+_ROWS, _NAME = 5, 12        # of the list; letters of a name that it has room for
 _CORNERS = "Bottom Left", "Bottom Right", "Top Right", "Top Left"
 _SIDES = "Region Left", "Top", "Right", "Bottom"
 
@@ -38,7 +38,8 @@ class MEASUREDBRDF_UL_photographs(bpy.types.UIList):
         row = layout.row()
         row.use_property_split = False
         row.prop(item, "used", text="")
-        row.label(text=item.name)
+        # of a series names differ at their ends
+        row.label(text=item.name if len(item.name) <= _NAME else f"…{item.name[-_NAME:]}")
         lamp = item.lamp
         if lamp is not None and None not in (photographs.surface(data), data.camera):
             placed = stage.is_placed(lamp)

@@ -43,7 +43,7 @@ LIGHT_POSITIONS = light_positions.SUFFIX, *light_positions.PROJECTS
 _ALIKE = 0.01               # relative difference of exposures that are the same
 # what messages have of a description, and what the panel has in its place
 _IN_PANEL = {'say so by encoding = "linear"': "set Values to Linear",
-             "leave_out leaves such photographs out": "those that are not ticked are left out",
+             "leave_out leaves such photographs out": "Untick such photographs to leave them out",
              ", lamp.dark,": " (Lamp Off)", "camera.matrix": "Camera Matrix", "sample.corners": "Corners",
              "sample.outline": "Drawn Mask", "sample.width": "Width", "sample.height": "Height",
              "scale.card.region": "Region", "scale.card.albedo": "Albedo", "scale.ball.albedo": "Albedo",

@@ -59,9 +59,6 @@ def places_of(directions: FloatArray, size: tuple[int, int], field_of_view: floa
 
 def field_of_view(focal_length: float, sensor_width: float) -> float:
     """The angle that a sensor takes behind a lens, radians; both lengths in one unit."""
-    if not (focal_length > 0 and sensor_width > 0):
-        raise DatasetError(f"a focal length of {focal_length:g} and a sensor {sensor_width:g} wide found, expected "
-                           f"more than 0")
     return 2 * float(np.arctan(sensor_width / (2 * focal_length)))
 
 

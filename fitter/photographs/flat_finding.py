@@ -201,8 +201,10 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
     own = min(NONE, DULL, key=lambda each: mean[each])
     if mean[own] < min(mean[each] for each in numbers):
         best = own
+    why = f", for more are not {_ENOUGH:g} times better by cube roots, in which highlights count less" if (
+        best not in (NONE, DULL) and mean[best] > min(mean[each] for each in numbers)) else ""
     notes = ["Photographs that were left out are predicted within " + ", ".join(
-        f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is"]
+        f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is{why}"]
     free = min(UNCONSTRAINED, key=lambda each: mean[each])
     if mean[free] < mean[best]:
         notes.append(f"No mix of materials describes this sample: a {free} at each texel, whatever the others are, "

@@ -85,11 +85,6 @@ class Picture:
         """All pixels, linear."""
         return self.linear()[0]
 
-    @property
-    def step(self) -> FloatArray | float:
-        """Between two values that the file can hold, of each pixel or of all."""
-        return self.linear()[1]
-
 
 class PictureInfo(NamedTuple):
     """What a file says of its photograph: height and width in pixels, and as in `Picture`."""

@@ -1,4 +1,4 @@
-"""Photographs of a ball as a description says they were taken: `measure` reads, places and gathers them."""
+"""Photographs of a ball as a description says they were taken: `measured` reads, places and gathers them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from ..samples import Samples
 from . import lamp_scale, viewpoint
 from .ball import BallPhotograph, check_bright
 from .ball_finding import brightest, disc_of, find_ball
-from .capture_setup import BallSetup, CaptureSetup, Shot, read
+from .capture_setup import BallSetup, CaptureSetup, Shot
 from .lamps import ChromeBall, Lamp, alike, mirrored_lamp, placed_lamp
 from .light import Light, same_pictures
 from .picture_files import read_picture_info
@@ -56,21 +56,11 @@ class _Stage(NamedTuple):
     notes: tuple[str, ...]
 
 
-def measure(path: str | Path) -> Samples:
-    """The samples that the photographs of a description make: a file of it, light positions, or a folder with either.
-
-    Raises
-    ------
-    DatasetError
-        If the description or a file is wrong; the message names file and key.
-    ImportError
-        If OpenImageIO is absent.
-    """
-    return measured(read(path)).samples
-
-
 def measured(setup: CaptureSetup) -> BallMeasurement:
-    """The same of a description that has been read, or made elsewhere. Raises as `measure` does."""
+    """The samples that the photographs of a description make.
+
+    Raises DatasetError if the description or a file is wrong, with file and key; ImportError without OpenImageIO.
+    """
     photographs, notes = _photographs(setup)
     photographs = in_place(photographs, setup.title)
     samples = gathered(photographs, setup.title, str(setup.path))
@@ -88,7 +78,7 @@ def measured(setup: CaptureSetup) -> BallMeasurement:
 
 
 def photographed(setup: CaptureSetup) -> list[BallPhotograph]:
-    """The photographs of a description, as they are: nothing is checked of what they show. Raises as `measure` does."""
+    """The photographs of a description, as they are: nothing is checked of what they show. Raises as `measured`."""
     return _photographs(setup)[0]
 
 
@@ -96,7 +86,7 @@ def resolved(setup: CaptureSetup) -> Resolved:
     """A description with numbers in the place of what its pictures say, as `measured` finds them.
 
     The numbers are the camera's place and field of view, what it looks at, the ball's centre and the lamps, and of
-    lamps far away their intensity, which is that of where they are put. Raises as `measure` does.
+    lamps far away their intensity, which is that of where they are put. Raises as `measured` does.
     """
     pictures = Pictures(setup.camera, setup.lamp)
     stage = _stage(setup, lights_of(setup, pictures), pictures)

@@ -98,7 +98,9 @@ def again(h):
 
 def tell(h):
     made = settings(h).sample
-    packed = sum(image.packed_file is not None for image in bpy.data.images)
+    # not those that are exported in the place of a mix
+    packed = sum(image.packed_file is not None and image.name.startswith(made.active_material.name)
+                 for image in bpy.data.images)
     print("MADE", *(f"{each:.4f}" for each in made.dimensions), made.active_material.name, packed, sep="|", flush=True)
     h.wait(1)
 

@@ -3,7 +3,8 @@
 Each opens a real Blender on a screen of its own (Xvfb), installs the extension's zip into an empty profile, and runs
 `driver.py` inside of it. The scripts that do this, and a folder with such a Blender, are not part of the repository:
 ``--scripts`` (shot.sh; by default ../shared/tools/blender_gui) and ``--root`` (made by setup_blender_gui.sh there; as
-root, on Debian). CURET's measurements are needed, and the synthetic tables and photographs of `make demo`.
+root, on Debian). CURET's measurements are needed, the photographs of a lion, and the synthetic tables and photographs
+of `make demo`.
 """
 
 import argparse
@@ -60,8 +61,9 @@ def copy_data(folder):
                  ROOT / "build" / "synthetic" / "brushed_steel.csv"):
         if path.is_file() and not (folder / path.name).exists():
             shutil.copy(path, folder)
-    if BALL.is_dir() and not (folder / BALL.name).exists():
-        shutil.copytree(BALL, folder / BALL.name)
+    for source in (BALL, measurements() / "photographs" / "lion"):
+        if source.is_dir() and not (folder / source.name).exists():
+            shutil.copytree(source, folder / source.name)
 
 
 def take(name, options):

@@ -16,6 +16,7 @@ import bpy
 
 PICTURE = "panel"           # ``python -m tools.window`` puts another name here
 CURET, STEEL, BALL = "/data/abrdf.dat", "/data/brushed_steel.csv", "/data/ball/setup.toml"
+LION, LEFT_OUT = "/data/lion/dirs.lp", 121
 GARNET, KRYLON = "/data/garnet_red.astm", "/data/krylon_blue.astm"
 WIDTH = 380                 # of the column of properties
 FRAMES = "/share/extra-frame"
@@ -275,6 +276,24 @@ def until_done(h):
     h.wait(2)
     if importlib.import_module("bl_ext.user_default.measured_brdf.addon.work.modal").running is not None:
         h.later.append(until_done)
+
+
+def open_lion(h):
+    """Each twelfth photograph is used, and one of the others shown."""
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.measure_sample_photographs(filepath=LION)
+    made = bpy.context.scene.measured_brdf_photographs
+    for number, each in enumerate(made.photographs):
+        each.used = number % 12 == 0
+    made.active = LEFT_OUT
+    h.sidebar("Measured BRDF")
+    h.wait(2)
+
+
+def measure_lion(h):
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.measure_sample()
+    h.wait(2)
 
 
 def compare_photograph(h):
@@ -591,6 +610,7 @@ PICTURES = {
     "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),
     "photographs": (photographs, (open_photographs,), whole),
+    "sample_measured": (photographs, (open_lion, measure_lion, compare_photograph, sidebar_to_the_end), whole),
     "photographs_measured": (photographs, (open_photographs, measure, compare_photograph, sidebar_to_the_end), sidebar),
 }
 # likewise: films, and what is timed

@@ -12,7 +12,7 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 import fitter
-from fitter.photographs import setup
+from fitter.photographs import capture_setup, setup
 from support import ball_files, ball_scene, stage
 from support.blend_state import state, whole_state
 from support.cases import quick
@@ -176,7 +176,7 @@ def test_measuring_makes_the_material_of_the_ball(opened, written):
     assert bpy.ops.measured_brdf.measure_ball() == {"FINISHED"}
     material = opened.ball.active_material
     assert material.measured_brdf.filepath == opened.samples
-    samples, expected = fitter.load(opened.samples), setup.measure(written)
+    samples, expected = fitter.load(opened.samples), setup.measured(capture_setup.read(written)).samples
     assert abs(len(samples) - len(expected)) < 0.01 * len(expected)
     values = measured_fit(material).evaluate(*pairs())
     off = np.abs(values / ball_scene.satin().evaluate(*pairs()) - 1)
@@ -263,7 +263,8 @@ def test_photographs_that_say_nothing_sure_are_warnings_and_marked_in_the_panel(
 def test_how_far_a_render_is_from_its_photograph_is_judged(opened, difference, words, icon):
     from measured_brdf.addon.photographs import settings
 
-    judged = settings.judged(opened.photographs[0].name, difference)
+    opened.photographs[0].difference = difference
+    judged = settings.judged(opened.photographs[0].name, opened.photographs[0].difference)
     assert judged.words.endswith(f"the render differs by {words}")
     assert judged.is_bad is (icon == "ERROR")
 
@@ -574,6 +575,9 @@ def test_the_panel_says_what_is_a_guess_and_where_the_next_lamp_goes(opened, cho
     panel.MEASUREDBRDF_UL_photographs.draw_item(None, None, layout, item, item.photographs[0], 0, item, "active")
     panel.MEASUREDBRDF_UL_photographs.draw_item(None, None, layout, opened, opened.photographs[1], 0, opened, "active")
     assert told == ["ball1_0.5", "not placed", "lamp2", "75°"]
+    opened.photographs[1].name = "Loewenkopf_klein_0121"         # which the list has no room for
+    panel.MEASUREDBRDF_UL_photographs.draw_item(None, None, layout, opened, opened.photographs[1], 0, opened, "active")
+    assert told[4] == "…f_klein_0121"
 
 
 def test_without_photographs_there_is_no_panel(blender):

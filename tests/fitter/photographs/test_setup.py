@@ -13,11 +13,15 @@ import fitter
 from fitter import cli
 from fitter.photographs import capture_setup, picture_files, setup
 from fitter.photographs.picture_files import read_picture
-from fitter.photographs.setup import measure
 from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
 
 SIZE = {"size": (80, 80)}
+
+
+def measure(path):
+    """The samples of a description, light positions, or a folder with either."""
+    return setup.measured(capture_setup.read(path)).samples
 
 
 @pytest.fixture(scope="module")
