@@ -45,7 +45,7 @@ def serve(package: str, folder: Path) -> None:
 
         answer: tuple[object, Exception | None]
         try:
-            with progress.listening(tell):
+            with progress.listen(tell):
                 answer = function(), None
         except Exception as error:      # the job raises it again, or reports it
             answer = None, error
