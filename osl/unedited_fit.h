@@ -68,7 +68,7 @@ float smooth_max_one(float x)
   ratio *= ratio;
   ratio *= ratio;
   ratio *= ratio;
-  return larger * pow(1.0 + ratio * ratio, 0.0625);
+  return larger * sqrt(sqrt(sqrt(sqrt(1.0 + ratio * ratio))));
 }
 
 /* The fit as measured, 1/sr, and 0 where it undershoots; directions as in coordinates(). */

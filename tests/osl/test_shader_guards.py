@@ -132,7 +132,7 @@ def test_below_the_horizon_of_the_shading_normal_a_lamp_gives_what_tilted_lobes_
     expected = 0.0
     for lobe, kind in enumerate(mixture.kinds):
         *shape, colour = (np.interp(seen_at, mixture.theta, each) for each in (
-            *(number[:, lobe] for number in mixture.shape), mixture.sampling.below[:, lobe, 0, 0]))
+            *(number[:, lobe] for number in mixture.shape), mixture.sampling.lower_colours[:, lobe, 0, 0]))
         expected += colour * node_lobes.evaluate(kind, node_lobes.Shape(*map(np.array, shape)), pairs)[0]
     assert expected < 1e-5
     assert colours(scene) == pytest.approx(np.full((64, 3), expected), rel=0.01)
