@@ -16,6 +16,7 @@ from support.mirrors import ratios_to_function, ratios_to_samples
 from support.rims import Clipped
 
 from .dense.materials import RGL
+from .harness.running import named
 
 FILES = ("goniometer/lighttec_C1_White.astm", "goniometer/lighttec_C9_Gold.astm", "goniometer/carpaint_blue.mbsdf",
          "goniometer/aeroglaze_inplane.zemax.bsdf", "goniometer/ansys_planesymmetric.anisotropicbsdf",
@@ -27,14 +28,11 @@ def main():
     """Print a row for each file."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.mirrors", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="parts of files' names; by default all")
-    names, rows = parser.parse_args().names, []
-    for name in FILES:
-        if names and not any(each in name for each in names):
-            continue
-        path = measurements() / name
+    rows = []
+    for path in named([measurements() / each for each in FILES], parser.parse_args().names):
         samples = fitter.load(path)
         fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
-        if name.startswith("rgl/"):
+        if path.parent.name == "rgl":
             function = Clipped(rgl.read_table(path, path.read_bytes()))
             above, below = ratios_to_function(fit, function, samples.values.max(axis=0))
         else:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Directions", "FloatArray", "IntArray", "RealArray", "SingleArray",
-           "concatenate_directions", "map_directions", "select_directions"]
+           "concatenate_directions", "map_directions", "select_directions", "unit_vectors"]
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
@@ -36,3 +36,9 @@ def select_directions(directions: Iterable[FloatArray], which: Any) -> Direction
 def concatenate_directions(parts: Iterable[Directions]) -> Directions:
     """Several arrays of pairs of directions as one."""
     return map_directions(np.concatenate, zip(*parts, strict=True))
+
+
+def unit_vectors(theta: ArrayLike, phi: ArrayLike) -> FloatArray:
+    """Unit vectors of polar angles and azimuths, radians, which broadcast to (...): (..., 3)."""
+    theta, phi = np.broadcast_arrays(theta, phi)
+    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from fitter.arrays import unit_vectors
+
 WITHIN = 1.5                # degrees from the mirror direction
 _NEAR = 3.0                 # degrees from a direction, within which samples surround it
 _EACH = 2                   # samples of each quadrant about a direction, of which the least and largest bound it
@@ -27,7 +29,7 @@ def ratios_to_samples(fit, samples):
     for incidence in np.unique(np.round([theta_i, phi_i], 6), axis=1).T:
         own = (np.abs(theta_i - incidence[0]) < 1e-5) & (np.abs(phi_i - incidence[1]) < 1e-5)
         mirror, inward, across = _frame(*incidence)
-        outgoing, values = _vectors(theta_o[own], phi_o[own]), samples.values[own]
+        outgoing, values = unit_vectors(theta_o[own], phi_o[own]), samples.values[own]
         close = outgoing @ mirror > np.cos(np.radians(WITHIN + _NEAR))
         outgoing, values = outgoing[close], values[close]
         in_plane = not len(outgoing) or np.ptp(outgoing @ across) < 1e-5
@@ -78,13 +80,8 @@ def _around(offsets, inward, across):
 
 def _frame(theta_i, phi_i):
     """The mirror direction, that to the normal from it in the plane of incidence, and that across."""
-    mirror, inward = _vectors(theta_i, phi_i + np.pi), _vectors(theta_i - np.pi / 2, phi_i + np.pi)
+    mirror, inward = unit_vectors(theta_i, phi_i + np.pi), unit_vectors(theta_i - np.pi / 2, phi_i + np.pi)
     return mirror, inward, np.cross(mirror, inward)
-
-
-def _vectors(theta, phi):
-    vectors = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)
-    return np.stack(np.broadcast_arrays(*vectors), axis=-1)
 
 
 def _angles(vectors):

@@ -7,9 +7,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...fitter.arrays import ArrayLike, BoolArray, FloatArray
+from ...fitter.arrays import BoolArray, FloatArray, unit_vectors
 from ...fitter.imaging.drawing import Color
-from ...fitter.imaging.lobe import RADII, Lobe, Radius, lobe_surface, plane_curve
+from ...fitter.imaging.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
 from ...fitter.imaging.plane_plot import Curve, Plane, Plotted, curves
 from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance, is_isotropic
@@ -64,8 +64,8 @@ class Inspection:
         Where the plot is.
     shown, second : Shown, or None
         The material's fit, once it is known; and that of the pinned one, of which the plot has a curve.
-    lobe, curve : Lobe, (theta, values), or None
-        Of the fit; in the plane of incidence, (k,) radians and (k, channels) 1/sr.
+    lobe : Lobe, or None
+        Of the fit.
     drag : {"", "LOBE", "PLOT"}
         What the mouse drags the light on.
     mouse : (2,) float64, or None
@@ -81,7 +81,7 @@ class Inspection:
         self.shown: InspectedSurface | None = None
         self.second: InspectedSurface | None = None
         self.lobe: Lobe | None = None
-        self.curve: tuple[FloatArray, FloatArray] | None = None
+        self._evaluated: list[tuple[FloatArray, FloatArray]] = []
         self.samples: Measurements | None = None
         self.drag: Literal["", "LOBE", "PLOT"] = ""
         self.mouse: FloatArray | None = None
@@ -144,28 +144,38 @@ class Inspection:
     @property
     def plane(self) -> Plane:
         """What the plot shows."""
-        return Plane(self.theta_i, self._curves(), self.radius)
+        return Plane(self.theta_i, self._curves(self._evaluated), self.radius)
+
+    @property
+    def curve(self) -> tuple[FloatArray, FloatArray] | None:
+        """The material's fit in the plane of incidence: (k,) radians and (k, channels) 1/sr."""
+        return self._evaluated[0] if self._evaluated else None
 
     def light(self) -> FloatArray:
         """The direction to the light in the frame of the surface, (3,)."""
-        return direction(self.theta_i, self.phi_i)
+        return unit_vectors(self.theta_i, self.phi_i)
 
     def ridge(self) -> FloatArray:
         """The lobe in the plane of incidence: (k, 3) in the frame of the surface, 1 at its longest."""
         theta, values = not_none(self.curve)
         radii = RADII[self.radius](np.maximum(values.mean(axis=1), 0)) / self.longest
         # negative angles are on the light's side
-        return radii[:, None] * direction(-theta, self.phi_i)
+        return radii[:, None] * unit_vectors(-theta, self.phi_i)
 
     def read(self, theta: float) -> list[tuple[Color, float]]:
         """The values at an angle in the plane of incidence, 1/sr, in the colours that they are plotted in."""
-        return [(color, float(value)) for curve in self._curves(np.array([theta]))
+        at = np.array([theta])
+        evaluated = [(at, at_angle(each.fit, self.theta_i, self.phi_i, at)) for each in self._fits]
+        return [(color, float(value)) for curve in self._curves(evaluated)
                 for color, value in zip(curve.colors, curve.values[0], strict=True)]
 
-    def _curves(self, theta: FloatArray | None = None) -> list[Curve]:
-        fits = [Plotted(each.fit, each.space, each.reaches) for each in (self.shown, self.second) if each is not None]
-        samples = None if self.samples is None else self.samples[:2]
-        return curves(fits if self.shown is not None else [], self.theta_i, self.phi_i, theta, samples)
+    @property
+    def _fits(self) -> list[Plotted]:
+        surfaces = () if self.shown is None else (self.shown, self.second)
+        return [Plotted(each.fit, each.space, each.reaches) for each in surfaces if each is not None]
+
+    def _curves(self, evaluated: list[tuple[FloatArray, FloatArray]]) -> list[Curve]:
+        return curves(self._fits, evaluated, self.theta_i, None if self.samples is None else self.samples[:2])
 
     def guessed(self, theta: FloatArray) -> BoolArray:
         """Whether nobody measured what leaves at polar angles (n,), radians; they may be negative."""
@@ -173,14 +183,6 @@ class Inspection:
         return extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta), reaches)
 
     def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
-        if self.shown is None:
-            self.lobe = self.curve = None
-            return
-        self.lobe = lobe_surface(self.shown.fit, self.theta_i, self.phi_i, *detail, self.radius)
-        self.curve = plane_curve(self.shown.fit, self.theta_i, self.phi_i)
-
-
-def direction(theta: ArrayLike, phi: ArrayLike) -> FloatArray:
-    """Unit vectors of angles: (...) radians to (..., 3)."""
-    theta, phi = np.broadcast_arrays(theta, phi)
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+        self._evaluated = [plane_curve(each.fit, self.theta_i, self.phi_i) for each in self._fits]
+        self.lobe = None if self.shown is None else lobe_surface(self.shown.fit, self.theta_i, self.phi_i, *detail,
+                                                                 self.radius)

@@ -6,7 +6,7 @@ import gpu
 import numpy as np
 from mathutils import Matrix
 
-from ...fitter.arrays import BoolArray, FloatArray
+from ...fitter.arrays import BoolArray, FloatArray, unit_vectors
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging import plane_plot
 from ...fitter.imaging.drawing import Color
@@ -14,7 +14,7 @@ from ...fitter.imaging.pictures import srgb
 from ...fitter.imaging.plane_plot import DIM, FAINT, INK, LIGHT, PAIR, SMALL, TEXT, Plane, lengths, shown_value
 from ..core.annotations import not_none
 from . import drawing
-from .inspection import HANDLE, Inspection, direction
+from .inspection import HANDLE, Inspection
 from .plot import Plot
 from .view import View
 
@@ -65,7 +65,7 @@ def _draw_handle(inspection: Inspection, axes: FloatArray) -> None:
     """A ball at the end of the ray."""
     at, radius = HANDLE * inspection.light(), 0.055
     around, up = np.meshgrid(np.linspace(0, 2 * np.pi, 17), np.linspace(0, np.pi, 9))
-    ball = direction(up, around).reshape(-1, 3)
+    ball = unit_vectors(up, around).reshape(-1, 3)
     corner = (np.arange(8)[:, None] * 17 + np.arange(16)).ravel()
     faces = np.concatenate([np.stack([corner, corner + 17, corner + 1], axis=-1),
                             np.stack([corner + 1, corner + 17, corner + 18], axis=-1)])
@@ -79,11 +79,11 @@ def _draw_lines(inspection: Inspection, scale: float, opacity: float) -> None:
 
     light, phi = inspection.light(), inspection.phi_i
     turn = np.linspace(0, 2 * np.pi, 97)
-    drawing.line(HANDLE * direction(np.full(97, np.pi / 2), turn), faded(FAINT), 1.2 * scale)
+    drawing.line(HANDLE * unit_vectors(np.full(97, np.pi / 2), turn), faded(FAINT), 1.2 * scale)
     arc = np.linspace(-np.pi / 2, np.pi / 2, 61)
-    drawing.line(HANDLE * direction(arc, phi), faded(FAINT), 1.2 * scale)
+    drawing.line(HANDLE * unit_vectors(arc, phi), faded(FAINT), 1.2 * scale)
     ticks = np.radians(np.arange(-75, 76, 15))
-    ends = np.stack([0.97 * HANDLE * direction(ticks, phi), 1.03 * HANDLE * direction(ticks, phi)], axis=1)
+    ends = np.stack([0.97 * HANDLE * unit_vectors(ticks, phi), 1.03 * HANDLE * unit_vectors(ticks, phi)], axis=1)
     drawing.strokes(ends.reshape(-1, 3), faded(FAINT), 1.2 * scale)
     drawing.line([(0, 0, 0), (0, 0, HANDLE)], faded(INK), 1.6 * scale)
     drawing.line(_arrow(np.array([0, 0, 1.0]), HANDLE, outward=True), faded(INK), 1.6 * scale)

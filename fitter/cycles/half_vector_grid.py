@@ -16,15 +16,10 @@ more. Points reach below the horizon, where nothing is reflected.
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import unit_vectors
 from .direction_grid import IncidentDirections
 
 _RINGS, _SECTORS = 32, 24       # points
-
-
-def unit_vectors(theta: NDArray[np.float64] | float, phi: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """Unit vectors of polar angles and azimuths, which broadcast to (...): (..., 3)."""
-    theta, phi = np.broadcast_arrays(theta, phi)
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
 def grid(wo: NDArray[np.float64], stretch: float) -> IncidentDirections:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import FloatArray, RealArray
+from ..arrays import FloatArray, RealArray, unit_vectors
 from ..shader_constants import GRAZING
 from . import direction_grid, half_vector_grid
 from .direction_grid import IncidentDirections
@@ -121,9 +121,9 @@ def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> O
         theta = GRAZING * (1 - np.linspace(1, 0, 2 * _POLAR - 1) ** 1.5)
         phi_o = np.arange(_AZIMUTHS) * 2 * np.pi / _AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
-        grids = [half_vector_grid.grid(half_vector_grid.unit_vectors(angle, phi_o), stretch) for angle in theta]
+        grids = [half_vector_grid.grid(unit_vectors(angle, phi_o), stretch) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays) for arrays in zip(*grids, strict=True)))
-    wo = half_vector_grid.unit_vectors(theta[:, None], phi_o)
+    wo = unit_vectors(theta[:, None], phi_o)
     above, turned = to.solid_angle > 0, turn or 0.0
     outgoing = [np.broadcast_to(angle, above.shape)[above] for angle in (theta[:, None, None], phi_o[:, None] + turned)]
     value = fit.evaluate(to.theta[above], to.phi[above] + turned, *outgoing)

@@ -11,6 +11,7 @@ from ..model.published import PublishedMaterial
 from ..samples import Samples
 from . import studio
 from .drawing import INK, Canvas
+from .lobe import plane_curve
 from .plane_plot import LIGHT, Disc, Plane, Plotted, curves, draw, near_plane
 
 SIZE = 256
@@ -225,7 +226,8 @@ def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float,
     place, values, shown = (None, None, float("nan")) if samples is None else near_plane(samples, theta_i, phi_i)
     near = None if place is None or values is None else (place, values)
     canvas = Canvas(size)
-    draw(canvas, picture_disc(size), Plane(theta_i, curves(fits, theta_i, phi_i, samples=near)))
+    evaluated = [plane_curve(each.fit, theta_i, phi_i) for each in fits]
+    draw(canvas, picture_disc(size), Plane(theta_i, curves(fits, evaluated, theta_i, near)))
     return canvas.picture, shown
 
 

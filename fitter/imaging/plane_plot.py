@@ -17,7 +17,7 @@ from ..methods import extrapolation
 from ..model import Reflectance
 from ..samples import Samples
 from .drawing import Color
-from .lobe import RADII, Radius, at_angle, plane_curve
+from .lobe import RADII, Radius
 
 INK, DIM, FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
 LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
@@ -100,23 +100,21 @@ class Disc:
         return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
 
 
-def curves(fits: Sequence[Plotted], theta_i: float, phi_i: float = 0.0, theta: FloatArray | None = None,
+def curves(fits: Sequence[Plotted], evaluated: Sequence[tuple[FloatArray, FloatArray]], theta_i: float,
            samples: tuple[FloatArray, FloatArray] | None = None) -> list[Curve]:
     """The curves of fits in the plane of incidence: of one its channels, of two their luminance.
 
     Parameters
     ----------
-    theta_i, phi_i : float
-        Radians; of isotropic fits the azimuth of the light does not matter.
-    theta : (n,) float64, optional
-        Outgoing angles, radians; otherwise those of `plane_curve`.
+    evaluated : sequence of (n,) and (n, channels) float64
+        Outgoing angles, radians, and the values of each fit there, as `plane_curve` returns them.
+    theta_i : float
+        Of the light, radians.
     samples : (m,) and (m, channels) float64, optional
         Near the plane, as `near_plane` returns them: of the first fit.
     """
     made = []
-    for number, (fit, colours, reaches) in enumerate(fits):
-        at, values = (plane_curve(fit, theta_i, phi_i) if theta is None else
-                      (theta, at_angle(fit, theta_i, phi_i, theta)))
+    for number, ((_, colours, reaches), (at, values)) in enumerate(zip(fits, evaluated, strict=True)):
         near = samples if number == 0 else None
         colors = _RGB if values.shape[1] == len(_RGB) else _GREY
         if len(fits) > 1:

@@ -99,7 +99,7 @@ def flat(setup: CaptureSetup) -> Flat:
     shape = _shape(setup, places, sample.height / sample.width)
     window = _Window.enclosing(view, whole, places, shape, mask_of(sample, view.size))
     lights, notes = lights_of(setup, pictures, window.part, window.reduced), setup.notes
-    lamps, shots, note = _shown(setup, pictures, view)
+    lamps, shots, note = _lamps_and_photographs(setup, pictures, view)
     notes += note
     lights = [light for light, shot in zip(lights, setup.photographs, strict=True) if shot in shots]
     are_far = alike(lamps, setup.path)
@@ -133,7 +133,7 @@ def resolved(setup: CaptureSetup) -> Resolved:
     it looks at, its field of view, and the lamps. Raises as `flat` does."""
     scene = _scene(setup)
     pose, view = scene.pose, scene.view
-    lamps, shots, _ = _shown(setup, scene.pictures, view)
+    lamps, shots, _ = _lamps_and_photographs(setup, scene.pictures, view)
     _check_count(setup.lamp, len(shots))
     scale, what = _scale(setup.scale, view, scene.length)
     return Resolved(replace(
@@ -161,7 +161,8 @@ def _scene(setup: CaptureSetup) -> _Scene:
     return _Scene(Pictures(setup.camera, setup.lamp), sample, places, whole, pose, view)
 
 
-def _shown(setup: CaptureSetup, pictures: Pictures, view: View) -> tuple[list[Lamp], list[Shot], tuple[str, ...]]:
+def _lamps_and_photographs(setup: CaptureSetup, pictures: Pictures,
+                           view: View) -> tuple[list[Lamp], list[Shot], tuple[str, ...]]:
     """The lamps, photographs but those whose chrome ball shows none, and notes."""
     found = _lamps(setup, pictures, view)
     lamps = [each for each in found if each is not None]

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, unit_vectors
 from ..samples import Samples
 
 _PROBE_THETA = np.radians(np.arange(10, 81, 10))            # few instruments measure closer to the horizon
@@ -63,10 +63,10 @@ def widest_gap(samples: Samples) -> tuple[float, tuple[float, ...]]:
 
 def _widest_of_anisotropic(samples: Samples) -> tuple[float, tuple[float, ...]]:
     theta, phi = (grid.ravel() for grid in np.meshgrid(_PROBE_THETA, _ANISOTROPIC_AZIMUTH, indexing="ij"))
-    probes = vectors(theta, phi)
+    probes = unit_vectors(theta, phi)
     incident, group = _directions_of_incidence(samples)
     order = np.argsort(group, kind="stable")
-    outgoing = vectors(samples.theta_o[order], samples.phi_o[order])
+    outgoing = unit_vectors(samples.theta_o[order], samples.phi_o[order])
     ends = np.searchsorted(group[order], np.arange(1, len(incident) + 1)).tolist()
     nearest = np.full((len(probes), len(probes)), -1.0)     # cosines of distances, (incident, outgoing)
     for start, end, toward in zip([0, *ends], ends, incident @ probes.T, strict=False):
@@ -81,7 +81,7 @@ def _widest_of_anisotropic(samples: Samples) -> tuple[float, tuple[float, ...]]:
 
 def _directions_of_incidence(samples: Samples) -> tuple[FloatArray, IntArray]:
     """Those that differ, unit vectors (m, 3), and for each sample which it is, (n,)."""
-    incident = vectors(samples.theta_i, samples.phi_i)
+    incident = unit_vectors(samples.theta_i, samples.phi_i)
     for step in (1e-6, _MERGED / np.sqrt(3)):
         cells = np.rint(incident / step).astype(np.int64) + round(2 / step)
         packed = cells[:, 0] * round(4 / step) + cells[:, 1]        # z follows from x and y
@@ -137,14 +137,8 @@ def cosines(probes: FloatArray, theta_i: FloatArray, theta_o: FloatArray, azimut
     """
     incident = np.cos(theta_i), np.sin(theta_i)
     between = np.outer(np.cos(probes[:, 0]), incident[0]) + np.outer(np.sin(probes[:, 0]), incident[1])
-    outgoing = vectors(probes[:, 1], probes[:, 2]) @ vectors(theta_o, azimuth).T
+    outgoing = unit_vectors(probes[:, 1], probes[:, 2]) @ unit_vectors(theta_o, azimuth).T
     return np.minimum(between, outgoing, out=outgoing)
-
-
-def vectors(theta: FloatArray, azimuth: FloatArray) -> FloatArray:
-    """Unit vectors in the frame of the incident direction: (n,) and (n,) to (n, 3)."""
-    sin = np.sin(theta)
-    return np.stack([sin * np.cos(azimuth), sin * np.sin(azimuth), np.cos(theta)], axis=1)
 
 
 def fold_azimuth(azimuth: FloatArray) -> FloatArray:

@@ -536,3 +536,9 @@ def test_the_add_on_registers_and_unregisters_without_a_graphics_card():
                            "assert len(bpy.app.handlers.load_pre) == before\nprint('DONE')"],
                           cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.stdout.splitlines()[-1:] == ["DONE"], done.stderr
+
+
+def test_a_plot_that_is_drawn_again_evaluates_no_fit(inspected, monkeypatch):
+    drawn = inspected.plane
+    monkeypatch.setattr(type(FIT), "evaluate", lambda *_: pytest.fail("evaluated again"))
+    np.testing.assert_array_equal(inspected.plane.curves[0].values, drawn.curves[0].values)

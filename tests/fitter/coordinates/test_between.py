@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.coordinates import direction_sampling
-from fitter.quality.coverage import vectors
 
 
 @pytest.mark.parametrize("isotropic", [True, False])
 def test_a_third_is_even_and_the_rest_is_about_the_mirror_direction(isotropic):
     theta_i, phi_i, theta_o, phi_o = direction_sampling.sample_directions(30_000, isotropic)
-    incident, outgoing = vectors(theta_i, phi_i), vectors(theta_o, phi_o)
+    incident, outgoing = unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
     mirrored = incident * (-1, -1, 1)
     away = np.degrees(np.arccos(np.clip((mirrored * outgoing).sum(axis=1), -1, 1)))
     decades = [np.count_nonzero((away >= low) & (away < high)) / 30_000

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.cycles import direction_grid, half_vector_grid
 
 
@@ -26,7 +27,7 @@ def test_they_are_close_enough_together_for_a_highlight(degrees):
 @pytest.mark.parametrize("stretch", [1.0, 1.6])
 @pytest.mark.parametrize("theta_o", [0.0, 0.5, direction_grid.GRAZING])
 def test_the_half_vectors_cover_the_hemisphere(stretch, theta_o):
-    wo = half_vector_grid.unit_vectors(theta_o, np.array([0.0, 0.7, 1.5]))
+    wo = unit_vectors(theta_o, np.array([0.0, 0.7, 1.5]))
     to = half_vector_grid.grid(wo, stretch)
     np.testing.assert_allclose(np.linalg.norm(to.unit, axis=-1), 1)
     np.testing.assert_allclose(to.solid_angle.sum(axis=1), 2 * np.pi, rtol=0.05)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.cycles import direction_grid, half_vector_grid, node_lobes, node_mixture
+from fitter.arrays import unit_vectors
+from fitter.cycles import direction_grid, node_lobes, node_mixture
 from fitter.cycles.node_lobes import Pairs, Shape
 from fitter.shader_constants import LEAST_FOLLOWED
 from support.anisotropic import ANISOTROPIC, brushed_fit
@@ -125,7 +126,7 @@ def density(mixture, theta_o, wi):
     def at(table):
         return np.stack([np.interp(theta_o, mixture.theta, column) for column in table.T])
 
-    wo, shape = half_vector_grid.unit_vectors(theta_o, 0.0), [at(each) for each in mixture.shape]
+    wo, shape = unit_vectors(theta_o, 0.0), [at(each) for each in mixture.shape]
     pairs = Pairs.make(wo[None], wi[None], np.array([[1.0, 0, 0]]))
     lobes = [node_lobes.pdf(kind, Shape(*(each[[number]] for each in shape)), pairs)[0]
              for number, kind in enumerate(mixture.kinds)]
@@ -231,7 +232,7 @@ def test_a_diffuse_surface_is_all_mixture():
     assert (mixture.colour[:, 0] <= 0.5).all()
     wi = spiral(20_000)
     for theta_o in (0.0, 0.7, 1.4):
-        made = node_mixture.evaluate(mixture, half_vector_grid.unit_vectors(theta_o, 0.3), wi)
+        made = node_mixture.evaluate(mixture, unit_vectors(theta_o, 0.3), wi)
         assert np.abs(made[:, 0] - 0.5 / np.pi * wi[:, 2]).mean() < 0.01 * 0.25 / np.pi
 
 
@@ -323,11 +324,11 @@ def test_an_isotropic_reflectance_has_the_same_mixture_for_all_azimuths():
     assert mixture.error < isotropic.error + 0.01
     wi = spiral(20_000)
     for theta_o in (0.3, 1.1):
-        alone = node_mixture.evaluate(isotropic, half_vector_grid.unit_vectors(theta_o, 0.0), wi)
+        alone = node_mixture.evaluate(isotropic, unit_vectors(theta_o, 0.0), wi)
         for phi_o in (0.0, 0.8, 1.6, 2.4):
             c, s = np.cos(phi_o), np.sin(phi_o)
             turned = wi @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-            seen = node_mixture.evaluate(mixture, half_vector_grid.unit_vectors(theta_o, phi_o), turned)
+            seen = node_mixture.evaluate(mixture, unit_vectors(theta_o, phi_o), turned)
             assert np.abs(seen - alone).sum() < 0.02 * alone.sum()
 
 
