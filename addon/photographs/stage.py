@@ -282,8 +282,7 @@ def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any]
         corners = flat_setup.corners_in_order(drawn_corners(settings.drawn_corners), size)
     described["sample"] = {"width": settings.width, "height": settings.height, "corners": corners.tolist()}
     if settings.drawn_outline is not None:
-        drawn = drawn_outline(settings.drawn_outline)
-        described["sample"]["outline"] = (np.array(size[::-1]) / 2 + max(size) * drawn * (1, -1)).tolist()
+        described["sample"]["outline"] = flat_setup.to_pixels(drawn_outline(settings.drawn_outline), size).tolist()
     if settings.mask:
         described["sample"]["mask"] = bpy.path.abspath(settings.mask)
     if settings.is_far:

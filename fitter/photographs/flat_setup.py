@@ -204,15 +204,20 @@ def _lamps(setup: CaptureSetup, pictures: Pictures, view: View) -> list[Lamp | N
 def corners_in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
     """Corners in the order of a description, (4, 2), in pixels of a picture of this height and width.
 
-    They are given in any order, from the middle of the picture to the right and upward, as shares of its longer side.
-    What is lowest there is the sample's lower edge.
+    They are given in any order, as `to_pixels` takes places. What is lowest there is the sample's lower edge.
     """
     off = corners - corners.mean(axis=0)
     around = corners[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
     # the edges from the first to the second and from the fourth to the third run to the right
     turned = [np.roll(around, -first, axis=0) for first in range(4)]
     best = max(turned, key=lambda each: float((each[1] - each[0] + each[2] - each[3])[0]))
-    return np.asarray(np.array(size[::-1]) / 2 + max(size) * best * (1, -1))
+    return to_pixels(best, size)
+
+
+def to_pixels(places: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """Places from the middle of a picture to the right and upward, shares of its longer side, (n, 2): pixels from the
+    left and the top of the picture, which has this height and width."""
+    return np.asarray(np.array(size[::-1]) / 2 + max(size) * places * (1, -1))
 
 
 def places_of(sample: SampleSetup, size: tuple[int, int]) -> FloatArray:
