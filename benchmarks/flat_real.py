@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import fitter
-from fitter.photographs.capture_setup import read
+from fitter.photographs.description.parsing import read
 from fitter.photographs.flat import frame_of, points_of
 from fitter.photographs.flat_photograph import observed
 from fitter.photographs.flat_setup import flat

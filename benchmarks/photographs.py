@@ -33,8 +33,8 @@ from fitter.methods.prior import lambertian
 from fitter.photographs import setup
 from fitter.photographs.ball import measured
 from fitter.photographs.ball_advice import next_phase_angle
-from fitter.photographs.capture_setup import parse
 from fitter.photographs.coverage import are_covered, coverage
+from fitter.photographs.description.parsing import parse
 from fitter.photographs.samples import gathered, in_place
 from fitter.photographs.scale import scaled
 from fitter.quality.cross_validation import cube_root

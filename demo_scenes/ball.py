@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from fitter.formats import saved_samples
-from fitter.photographs.capture_setup import read
+from fitter.photographs.description.parsing import read
 from fitter.photographs.setup import measured
 from support import ball_files, ball_scene, ball_stage, sheet
 from support.checkout import ROOT, extension

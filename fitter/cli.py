@@ -29,7 +29,7 @@ from .methods import METHODS
 from .model.published import parse_virtual_path
 from .photographs import flat_maps
 from .photographs.ball_advice import advice, left_out
-from .photographs.capture_setup import read
+from .photographs.description.parsing import read
 from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tile_size, tiled

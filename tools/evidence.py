@@ -32,7 +32,7 @@ _BLOCK = re.compile(rf"<!-- evidence: ([\w-]+)(?: (\w+))? -->(.*?){re.escape(END
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
 _WINDOW = "addon", "tools/window"
-_PHOTOGRAPHS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "fitter" / "photographs").glob("*.py"))
+_PHOTOGRAPHS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "fitter" / "photographs").rglob("*.py"))
 _OF_BALLS = (*FITS, *(path for path in _PHOTOGRAPHS if "/flat" not in path), "benchmarks/photographs.py",
              "benchmarks/report/baselines/ggx.py", "support/ball_scene.py")
 _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window` looks for it
@@ -89,10 +89,7 @@ ENTRIES = {
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
     "flat": Entry("python -m benchmarks.flat", ("flat", "flat-real"), (
-        *FITS, *(f"fitter/photographs/{name}.py" for name in (
-            "ball", "binning", "camera", "capture_setup", "coverage", "flat", "flat_finding", "flat_judging",
-            "flat_photograph", "flat_setup", "flat_solving", "light", "light_positions", "photograph", "picture_files",
-            "pictures", "scale")), "fitter/quality/coverage.py",
+        *FITS, "fitter/photographs", "fitter/quality/coverage.py",
         "benchmarks/flat.py", "benchmarks/flat_methods.py", "benchmarks/flat_real.py", "benchmarks/photographs.py",
         "support/flat_files.py", "support/flat_scene.py")),
     "scale": Entry("python -m benchmarks.scale", ("scale-convert", "scale-scene"), (

@@ -11,8 +11,9 @@ from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging.pictures import srgb
-from ...fitter.photographs.capture_setup import Description, parse
 from ...fitter.photographs.compared import Part, photograph_of, reduced, relative_difference
+from ...fitter.photographs.description.capture_setup import Description
+from ...fitter.photographs.description.parsing import parse
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.previews import picture_of

@@ -9,7 +9,7 @@ import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs.capture_setup import CameraSetup
+from ...fitter.photographs.description.capture_setup import CameraSetup
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.transaction import by_session_uid

@@ -22,9 +22,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...fitter.photographs.capture_setup import GUESS as GUESSED
-from ...fitter.photographs.capture_setup import LEAST, MOST_MATERIALS, MOST_TEXELS
-from ...fitter.photographs.picture_files import ENCODINGS
+from ...fitter.photographs.description.capture_setup import ENCODINGS, LEAST, MOST_MATERIALS, MOST_TEXELS
+from ...fitter.photographs.description.capture_setup import GUESS as GUESSED
 from ...fitter.quality import verdict
 from ..core.shading import material
 from ..core.storage.paths import RELATIVE, Place

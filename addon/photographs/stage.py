@@ -1,6 +1,6 @@
 """A description of photographs as a scene, with a camera, a ball or a flat sample, and lamps; and that of such a scene.
 
-It is what `python -m fitter photographs` and `flat` read, as `fitter.photographs.capture_setup` has it.
+It is what `python -m fitter photographs` and `flat` read, as `fitter.photographs.description` has it.
 """
 
 import json
@@ -18,7 +18,7 @@ from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs import camera as cameras
 from ...fitter.photographs import flat_setup, viewpoint
-from ...fitter.photographs.capture_setup import (
+from ...fitter.photographs.description.capture_setup import (
     BallSetup,
     CameraSetup,
     CaptureSetup,
@@ -59,7 +59,7 @@ def make(resolved: Resolved) -> bpy.types.Scene:
     if setup.ball is not None:
         settings.ball = _ball(scene, setup.ball)
     else:
-        settings.sample, settings.is_far = _sample(scene, setup.of_sample()), is_far
+        settings.sample, settings.is_far = _sample(scene, setup.need_sample()), is_far
     settings.camera.matrix_basis = camera_pose(setup.camera, setup.ball.centre if setup.ball else (0, 0, 0))
     light = bpy.data.lights.new("Lamp", "POINT")
     light.use_soft_falloff = False          # a ball
@@ -172,7 +172,7 @@ def _object(scene: bpy.types.Scene, name: str, data: Any) -> bpy.types.Object:
 
 def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bpy.types.Light) -> None:
     """Store what no object says."""
-    matrix, given = setup.camera.matrix, setup.ball or setup.of_sample()
+    matrix, given = setup.camera.matrix, setup.ball or setup.need_sample()
     for name, value in (("dark", _one(setup.lamp.dark)), ("flat", _one(setup.lamp.flat)),
                         ("mask", _one(given.mask)), ("encoding", setup.camera.encoding),
                         ("matrix", "" if matrix is None else json.dumps(matrix.tolist()))):
@@ -181,7 +181,7 @@ def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bp
     if setup.sample is not None:
         _store_sample(settings, setup, scene)
     scale = setup.scale
-    settings.scale = scale.way()
+    settings.scale = scale.ways[0]
     if scale.albedo is not None:
         settings.albedo = scale.albedo
     if scale.intensity is not None:
@@ -202,7 +202,7 @@ def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bp
 
 
 def _store_sample(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene) -> None:
-    sample, size, brightness = setup.of_sample(), _picture_size(scene), setup.lamp.brightness
+    sample, size, brightness = setup.need_sample(), _picture_size(scene), setup.lamp.brightness
     settings.corners = np.ravel(_numbers(sample.corners)).tolist()
     if sample.outline is not None:
         settings.drawn_outline = _mask("Outline", sample.outline, size)
@@ -279,7 +279,7 @@ def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any]
     _there(scene, settings.sample, "sample")
     corners = np.reshape(settings.corners, (4, 2))
     if settings.drawn_corners is not None:
-        corners = flat_setup.corners_in_order(drawn_corners(settings.drawn_corners), size)
+        corners = flat_setup.corners_natural_order(drawn_corners(settings.drawn_corners), size)
     described["sample"] = {"width": settings.width, "height": settings.height, "corners": corners.tolist()}
     if settings.drawn_outline is not None:
         described["sample"]["outline"] = flat_setup.to_pixels(drawn_outline(settings.drawn_outline), size).tolist()

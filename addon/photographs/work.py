@@ -15,21 +15,12 @@ from ...fitter import DatasetError, Fit, FlatPhotograph, load, maps_from_flat, p
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.formats import saved_samples
-from ...fitter.photographs import flat_maps, flat_setup, light_positions, setup
+from ...fitter.photographs import flat_maps, flat_setup, setup
 from ...fitter.photographs.ball_advice import advice, left_out
-from ...fitter.photographs.capture_setup import (
-    GUESS,
-    PICTURES,
-    SUFFIXES,
-    CameraSetup,
-    CaptureSetup,
-    Description,
-    descriptions_in,
-    in_order,
-    parse,
-    pictures_in,
-    read,
-)
+from ...fitter.photographs.description import light_positions
+from ...fitter.photographs.description.capture_setup import GUESS, CameraSetup, CaptureSetup, Description
+from ...fitter.photographs.description.folders import PICTURES, SUFFIXES, descriptions_in, natural_order, pictures_in
+from ...fitter.photographs.description.parsing import parse, read
 from ...fitter.photographs.flat import check_materials
 from ...fitter.photographs.flat_tiling import tile_size, tiled
 from ...fitter.photographs.picture_files import PictureInfo, read_picture_info
@@ -158,7 +149,7 @@ def _resolved_sample(paths: Sequence[str], width: float, count: int) -> setup.Re
                      folder / "photographs")
         size = first.size
     edge = np.array([[0, size[0]], size[::-1], [size[1], 0], [0, 0]], dtype=float)
-    return flat_setup.resolved(replace(made, sample=replace(made.of_sample(), height=width * size[0] / size[1],
+    return flat_setup.resolved(replace(made, sample=replace(made.need_sample(), height=width * size[0] / size[1],
                                                             corners=edge)))
 
 
@@ -184,7 +175,7 @@ def _grouped(paths: Sequence[str], count: int) -> tuple[list[list[str]], Picture
         paths = list(map(str, pictures_in(folder)))
         if not paths:
             raise DatasetError(f"a folder without photographs ({', '.join(PICTURES)})", folder)
-    paths = sorted(paths, key=lambda path: in_order(Path(path).name))
+    paths = sorted(paths, key=lambda path: natural_order(Path(path).name))
     abouts: list[PictureInfo] = []
     for number, path in enumerate(paths):
         progress.report(number / len(paths), f"Looking at {Path(path).name}")
@@ -230,7 +221,7 @@ def outline(description: Description, name: str) -> list[float]:
     """Where the ball of a description is, by its outline in the photographs."""
     ball = {**description["ball"], "centre": "outline"}
     with _names_of_panel():
-        found = setup.resolved(parse({**description, "ball": ball}, name)).setup.of_ball()
+        found = setup.resolved(parse({**description, "ball": ball}, name)).setup.need_ball()
     return np.asarray(found.centre).tolist()
 
 
@@ -256,7 +247,7 @@ def lamps_by(description: Description, name: str, paths: Sequence[str], distance
         raise DatasetError(f"{len(paths)} pictures of a chrome ball found, expected {len(shots)}, one for each "
                            f"photograph", paths[0])
     else:
-        ordered = sorted(paths, key=lambda path: in_order(Path(path).name))
+        ordered = sorted(paths, key=lambda path: natural_order(Path(path).name))
         shots = [{**shot, "chrome": path, **away} for shot, path in zip(shots, ordered, strict=True)]
     told = {**description, "lamp": lamp, "photograph": shots, **({"chrome": {"mask": mask}} if mask else {})}
     with _names_of_panel():

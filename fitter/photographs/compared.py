@@ -8,7 +8,7 @@ from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 from .ball import BallPhotograph
 from .camera import pixel_angle
-from .capture_setup import CaptureSetup
+from .description.capture_setup import CaptureSetup
 from .flat_setup import places_of
 from .pictures import Pictures, mask_of, within
 from .setup import photographed
@@ -42,7 +42,7 @@ def photograph_of(setup: CaptureSetup) -> Compared:
                         part_of_ball(shot))
     light = Pictures(setup.camera, setup.lamp).of_lamp(setup.photographs[0], "files")
     size = light.radiance.shape[0], light.radiance.shape[1]
-    corners, mask = places_of(setup.of_sample(), size), mask_of(setup.of_sample(), size)
+    corners, mask = places_of(setup.need_sample(), size), mask_of(setup.need_sample(), size)
     side = int(np.ceil(_MARGIN * np.ptp(corners, axis=0).max()))
     left, top = np.round((corners.min(axis=0) + corners.max(axis=0) - side) / 2).astype(int).tolist()
     return Compared(light.radiance, light.known & within(corners, size) & (mask is None or mask), Part(left, top, side))

@@ -20,7 +20,7 @@ from ..errors import DatasetError
 from ..model.fit import Fit
 from ..samples import Samples
 from .ball import check_bright
-from .capture_setup import MOST_MATERIALS
+from .description.capture_setup import MOST_MATERIALS
 from .flat_finding import MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, shading_geometry
 from .flat_solving import Prior, Texels, given_normals, normals_of, prior_of, radiances, solved, turned_weights

@@ -9,8 +9,8 @@ from ..arrays import FloatArray
 from ..errors import DatasetError
 from .ball_finding import brightest, disc_of, find_ball
 from .camera import places_of, rays_through
-from .capture_setup import BallSetup, Shot
 from .chrome import Highlight, lamp_of_highlight
+from .description.capture_setup import BallSetup, Shot
 from .lamps import ChromeBall, Lamp
 from .pictures import Part, Pictures, mask_of
 

@@ -29,8 +29,8 @@ from ..model.microfacet import Microfacet
 from ..samples import RGB, Samples
 from .ball import STEEPEST, to_local_angles
 from .binning import binned
-from .capture_setup import MOST_MATERIALS
 from .coverage import LEAST, difference_angle
+from .description.capture_setup import MOST_MATERIALS
 from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
 from .flat_photograph import Observed
 from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved

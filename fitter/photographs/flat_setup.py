@@ -17,7 +17,16 @@ from ..least_squares import damped_step, levenberg_marquardt
 from . import lamp_scale, viewpoint
 from .ball import saturated
 from .camera import pixel_angle, rays_through
-from .capture_setup import MOST_TEXELS, BallSetup, CameraSetup, CaptureSetup, LampSetup, SampleSetup, ScaleSetup, Shot
+from .description.capture_setup import (
+    MOST_TEXELS,
+    BallSetup,
+    CameraSetup,
+    CaptureSetup,
+    LampSetup,
+    SampleSetup,
+    ScaleSetup,
+    Shot,
+)
 from .flat import frame_of, pixels_of, points_of, texel_corners
 from .flat_chrome import View, chrome_ball, lamps_shown
 from .flat_judging import lamp_brightness
@@ -148,7 +157,7 @@ def resolved(setup: CaptureSetup) -> Resolved:
 
 
 def _scene(setup: CaptureSetup) -> _Scene:
-    sample, size = setup.of_sample(), size_of(setup)
+    sample, size = setup.need_sample(), size_of(setup)
     places = places_of(sample, size)
     x, y = sample.width / 2, sample.height / 2
     whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
@@ -201,7 +210,7 @@ def _lamps(setup: CaptureSetup, pictures: Pictures, view: View) -> list[Lamp | N
     return [placed_lamp(each, np.zeros(3), turn, setup.lamp.ball) for each in shots]
 
 
-def corners_in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
+def corners_natural_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
     """Corners in the order of a description, (4, 2), in pixels of a picture of this height and width.
 
     They are given in any order, as `to_pixels` takes places. What is lowest there is the sample's lower edge.

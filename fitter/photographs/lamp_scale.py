@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError
 from .ball import BallPhotograph
-from .capture_setup import Known, ScaleSetup
+from .description.capture_setup import Known, ScaleSetup
 from .lamps import FAR, Lamp, alike, placed_lamp
 from .light import Light
 from .picture_files import read_picture_info

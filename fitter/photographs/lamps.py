@@ -8,8 +8,8 @@ import numpy as np
 
 from ..arrays import ArrayLike, FloatArray, RealArray
 from ..errors import DatasetError
-from .capture_setup import Known, Shot
 from .chrome import Highlight, lamp_of_highlight
+from .description.capture_setup import Known, Shot
 from .viewpoint import Viewpoint
 
 FAR = 1e4                   # sizes of what it lights, to a lamp far away, which lights all of it alike to 1e-4

@@ -17,7 +17,6 @@ from .light import exposure_of
 
 NEEDED = ("reading photographs needs OpenImageIO, which Blender has: run this in Blender, or install it (pip install "
           "OpenImageIO)")
-ENCODINGS = ("linear", "srgb")
 MOST_PIXELS = 200_000_000
 _FULL_FRAME = 36.0          # mm, to which a focal length "in 35 mm film" belongs
 _INTEGERS = {"uint8": 8, "uint10": 10, "uint12": 12, "uint16": 16}

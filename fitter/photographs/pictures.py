@@ -8,7 +8,7 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError, printable
 from .ball import check_bright
-from .capture_setup import BallSetup, CameraSetup, LampSetup, Lit, SampleSetup
+from .description.capture_setup import BallSetup, CameraSetup, LampSetup, Lit, SampleSetup
 from .light import Exposure, Light, flattened, merged, middle_of, subtract_dark
 from .picture_files import Picture, read_picture, read_picture_info
 

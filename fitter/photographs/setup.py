@@ -14,7 +14,7 @@ from ..samples import Samples
 from . import lamp_scale, viewpoint
 from .ball import BallPhotograph, check_bright
 from .ball_finding import brightest, disc_of, find_ball
-from .capture_setup import BallSetup, CaptureSetup, Shot
+from .description.capture_setup import BallSetup, CaptureSetup, Shot
 from .lamps import ChromeBall, Lamp, alike, mirrored_lamp, placed_lamp
 from .light import Light, same_pictures
 from .picture_files import read_picture_info
@@ -96,7 +96,7 @@ def resolved(setup: CaptureSetup) -> Resolved:
         setup, name=setup.title, chrome=None, notes=(), camera=replace(
             setup.camera, position=stage.camera, look_at=stage.camera - view.orientation[:, 2],
             up=view.orientation[:, 1], field_of_view=float(np.degrees(view.field_of_view)), direction=None),
-        ball=replace(setup.of_ball(), centre=stage.ball.middle, radius=stage.ball.size),
+        ball=replace(setup.need_ball(), centre=stage.ball.middle, radius=stage.ball.size),
         lamp=replace(setup.lamp, positions=None, distance=None),
         scale=lamp_scale.resolved(setup.scale, stage.ball, are_far),
         photographs=tuple(replace(shot, lamp=lamp, direction=None, chrome=None, distance=None)
@@ -130,7 +130,7 @@ def lights_of(setup: CaptureSetup, pictures: Pictures, part: Part | None = None,
 
 
 def _stage(setup: CaptureSetup, lights: Sequence[Light], pictures: Pictures) -> _Stage:
-    ball, (height, width, _) = setup.of_ball(), lights[0].radiance.shape
+    ball, (height, width, _) = setup.need_ball(), lights[0].radiance.shape
     centre = np.zeros(3) if ball.centre is None or isinstance(ball.centre, str) else ball.centre
     view = viewpoint.viewpoint(setup.camera, pictures.said.values(), (height, width), centre)
     mask, radius = mask_of(ball, (height, width)), ball.radius or RADIUS

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
 from . import camera as cameras
-from .capture_setup import CameraSetup
+from .description.capture_setup import CameraSetup
 from .picture_files import Picture, PictureInfo
 
 FAR_VIEW = np.radians(1.0)  # of one whose lens nobody knows either: its rays are parallel, nearly

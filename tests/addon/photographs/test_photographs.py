@@ -12,7 +12,8 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 import fitter
-from fitter.photographs import capture_setup, setup
+from fitter.photographs import setup
+from fitter.photographs.description import parsing
 from support import ball_files, ball_scene, stage
 from support.blend_state import state, whole_state
 from support.cases import quick
@@ -176,7 +177,7 @@ def test_measuring_makes_the_material_of_the_ball(opened, written):
     assert bpy.ops.measured_brdf.measure_ball() == {"FINISHED"}
     material = opened.ball.active_material
     assert material.measured_brdf.filepath == opened.samples
-    samples, expected = fitter.load(opened.samples), setup.measured(capture_setup.read(written)).samples
+    samples, expected = fitter.load(opened.samples), setup.measured(parsing.read(written)).samples
     assert abs(len(samples) - len(expected)) < 0.01 * len(expected)
     values = measured_fit(material).evaluate(*pairs())
     off = np.abs(values / ball_scene.satin().evaluate(*pairs()) - 1)

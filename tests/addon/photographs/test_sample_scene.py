@@ -222,7 +222,7 @@ def test_what_the_panel_says_otherwise_is_said_by_the_fitter(extension):
     from measured_brdf.addon.photographs import work
 
     sources = re.sub(r'"\n\s*f?"', "", "".join(path.read_text("utf-8") for path in (
-        ROOT / "fitter" / "photographs").glob("*.py")))        # texts go on in the next line
+        ROOT / "fitter" / "photographs").rglob("*.py")))        # texts go on in the next line
     assert "set Values to Linear" in work.in_panel(fitter.photographs.picture_files.BENT)
     for key in work._IN_PANEL:
         parts = key.split(".") if key.startswith(("camera", "sample", "scale", "chrome")) else [key.replace('"', '\\"')]

@@ -7,7 +7,8 @@ import pytest
 
 import fitter
 from fitter.photographs import camera, flat_setup
-from fitter.photographs.capture_setup import CameraSetup, LampSetup, Shot, parse, read
+from fitter.photographs.description.capture_setup import CameraSetup, LampSetup, Shot
+from fitter.photographs.description.parsing import parse, read
 from fitter.photographs.flat import coarse, points_of
 from fitter.photographs.flat_photograph import observed, pixel_of
 from fitter.photographs.pictures import Pictures
@@ -74,7 +75,7 @@ def test_the_camera_stands_where_the_corners_say(written):
 def test_corners_that_are_drawn_stand_for_those_of_the_description(order):
     """As shares of the longer side of 100 pixels, of 90 x 100, from the middle to the right and upward."""
     drawn = (PLACES - [50, 45]) * [0.01, -0.01]
-    np.testing.assert_allclose(flat_setup.corners_in_order(drawn[order], flat_files.SIZE), PLACES, atol=1e-9)
+    np.testing.assert_allclose(flat_setup.corners_natural_order(drawn[order], flat_files.SIZE), PLACES, atol=1e-9)
 
 
 def test_the_dark_beside_the_sample_is_not_in_its_edge(written):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import light_positions
+from fitter.photographs.description import light_positions
 
 
 def read(folder, text, **how):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import capture_setup, setup
-from fitter.photographs.capture_setup import parse
+from fitter.photographs import setup
+from fitter.photographs.description import parsing
+from fitter.photographs.description.parsing import parse
 from fitter.photographs.samples import in_place
 from support.checkout import measurements
 
@@ -82,7 +83,7 @@ def test_a_folder_with_light_positions_is_all_there_is_to_say(described, tmp_pat
         lines.append(f"C:\\dome 2\\gray.{k}.png " + " ".join(f"{x:.6f}".replace(".", ",") for x in toward))
     (tmp_path / "dome.lp").write_text("\r\n".join(lines))
     for path in (tmp_path, tmp_path / "dome.lp"):
-        found = capture_setup.read(path)
+        found = parsing.read(path)
         found = replace(found, camera=replace(found.camera, encoding="linear"))
         assert found.title == tmp_path.name
         for again, shot in zip(setup.photographed(found), shots, strict=True):

@@ -11,7 +11,8 @@ import pytest
 
 import fitter
 from fitter import cli
-from fitter.photographs import capture_setup, picture_files, setup
+from fitter.photographs import picture_files, setup
+from fitter.photographs.description import parsing
 from fitter.photographs.picture_files import read_picture
 from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
@@ -21,7 +22,7 @@ SIZE = {"size": (80, 80)}
 
 def measure(path):
     """The samples of a description, light positions, or a folder with either."""
-    return setup.measured(capture_setup.read(path)).samples
+    return setup.measured(parsing.read(path)).samples
 
 
 @pytest.fixture(scope="module")
@@ -311,7 +312,7 @@ def test_a_description_of_the_other_surface_is_refused(tmp_path):
                           (sample, r"a flat sample is described, expected a table \[ball\]")):
         (tmp_path / "setup.toml").write_text(text + rest)
         with pytest.raises(fitter.DatasetError, match=message):
-            capture_setup.read(tmp_path).of_ball()
+            parsing.read(tmp_path).need_ball()
 
 
 @pytest.mark.parametrize("more", [
@@ -327,8 +328,8 @@ def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, scen
     given["photograph"] = [shot if "lamp" in more else {**shot, "direction": [0.3, -0.9, 0.4]}]
     given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear"}
     given["ball"]["centre"] = [float(x) for x in scenes[0].centre]
-    setup.resolved(capture_setup.parse(given, written))
-    said = wrong_values.refusals(lambda described: setup.resolved(capture_setup.parse(described, written)), given)
+    setup.resolved(parsing.parse(given, written))
+    said = wrong_values.refusals(lambda described: setup.resolved(parsing.parse(described, written)), given)
     assert len(said) > 200
     assert all(str(written.parent) in text for _, text in said), said
 
@@ -413,6 +414,6 @@ def test_a_chrome_ball_of_another_size_and_place(openimageio, scenes, tmp_path):
         f"[camera]\nposition = {list(scene.camera)}\nfield_of_view = {scene.angle}\n[ball]\ncentre = [0, 0, 0]\n"
         f"radius = {scene.radius}\n[chrome]\nradius = 0.03\nmask = 'mask.png'\n[scale]\nalbedo = 0.5\n")
     (tmp_path / "setup.toml").write_text(text + "".join(lines))
-    for shot, scene in zip(setup.photographed(capture_setup.read(tmp_path)), scenes[:2], strict=True):
+    for shot, scene in zip(setup.photographed(parsing.read(tmp_path)), scenes[:2], strict=True):
         angle = np.arccos(shot.lamp @ scene.lamp / np.linalg.norm(shot.lamp) / np.linalg.norm(scene.lamp))
         assert np.degrees(angle) < 1.0

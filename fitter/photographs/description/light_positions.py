@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray
-from ..errors import DatasetError
-from ..storage.files import read_bytes
+from ...arrays import FloatArray
+from ...errors import DatasetError
+from ...storage.files import read_bytes
 
 SUFFIX, PROJECTS = ".lp", (".json", ".relight")
 LARGEST = 1 << 20           # bytes of the file
