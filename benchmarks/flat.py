@@ -25,7 +25,7 @@ from scipy.ndimage import zoom
 
 import fitter
 from fitter.photographs.description import parsing
-from fitter.photographs.flat_setup import flat
+from fitter.photographs.flat_setup import read_sample
 from support import ball_files, flat_files, flat_scene
 from support.checkout import ROOT
 from support.evidence import show_table
@@ -88,7 +88,7 @@ def computed(side):
         writing.start()
         writing.join()
         start, work = time.perf_counter(), time.process_time()
-        given = flat(parsing.read(Path(folder, "setup.toml")))
+        given = read_sample(parsing.read(Path(folder, "setup.toml")))
     reading, read = time.perf_counter() - start, resident()
     true = sample()
     maps = fitter.maps_from_flat(given.photographs, given.corners, given.shape, true.fits)

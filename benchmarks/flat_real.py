@@ -15,7 +15,7 @@ import fitter
 from fitter.photographs.description.parsing import read
 from fitter.photographs.flat import frame_of, points_of
 from fitter.photographs.flat_photograph import observed
-from fitter.photographs.flat_setup import flat
+from fitter.photographs.flat_setup import read_sample
 from support import ball_files
 from support.checkout import measurements
 from support.evidence import show_table
@@ -117,7 +117,7 @@ def main(coin):
             path = Path(folder, "setup.toml")
             path.write_text(text, "utf-8")
             try:
-                sample = flat(read(path))
+                sample = read_sample(read(path))
             except fitter.DatasetError as error:        # the others are shown all the same
                 print(f"{name}: {error}")
                 continue

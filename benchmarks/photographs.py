@@ -30,13 +30,13 @@ import numpy as np
 
 import fitter
 from fitter.methods.prior import lambertian
-from fitter.photographs import setup
-from fitter.photographs.ball import measured
-from fitter.photographs.ball_advice import next_phase_angle
-from fitter.photographs.coverage import are_covered, coverage
+from fitter.photographs.ball import measuring
+from fitter.photographs.ball.advice import next_phase_angle
+from fitter.photographs.ball.coverage import are_covered, coverage
+from fitter.photographs.ball.measuring import scale_samples
+from fitter.photographs.ball.photograph import measure_pixels
+from fitter.photographs.ball.samples import gather_samples, place_photographs
 from fitter.photographs.description.parsing import parse
-from fitter.photographs.samples import gathered, in_place
-from fitter.photographs.scale import scaled
 from fitter.quality.cross_validation import cube_root
 from fitter.samples import choice, subset
 from support import ball_files, ball_scene
@@ -164,7 +164,7 @@ def gray_ball(folder):
     described = {"camera": {"position": "far", "encoding": "linear"}, "scale": {"albedo": _ALBEDO},
                  "ball": {"centre": "outline", "mask": str(folder / "gray.mask.png")},
                  "chrome": {"mask": str(folder / "chrome.mask.png")}, "photograph": shots}
-    return in_place(setup.photographed(parse(described, folder / "none.toml")), GRAY_BALL)
+    return place_photographs(measuring.read_photographs(parse(described, folder / "none.toml"))[0], GRAY_BALL)
 
 
 def predicted(taken):
@@ -174,8 +174,9 @@ def predicted(taken):
             "Lambert": lambda samples: lambertian(samples.values)}
     found = {name: [] for name in ways}
     for left_out in LEFT_OUT:
-        measured_scale = gathered([each for number, each in enumerate(taken) if number not in left_out], GRAY_BALL, "")
-        samples = scaled(measured_scale, _ALBEDO)
+        measured_scale = gather_samples(
+            [each for number, each in enumerate(taken) if number not in left_out], GRAY_BALL, "")
+        samples = scale_samples(measured_scale, _ALBEDO)
         times = measured_scale.values.sum() / samples.values.sum()
         for name, way in ways.items():
             model = way(samples)
@@ -186,7 +187,7 @@ def predicted(taken):
 
 def _unseen(model, times, photograph):
     """The error of the radiance of a photograph by a model in units that are so many times smaller."""
-    truth = measured(photograph)
+    truth = measure_pixels(photograph)
     some = choice(len(truth.reflectance), _PIXELS)
     light = truth.seen.irradiance[some, None]
     seen = truth.reflectance[some] * light

@@ -11,8 +11,8 @@ import bpy
 import numpy as np
 
 from fitter.formats import saved_samples
+from fitter.photographs.ball.measuring import measure_ball
 from fitter.photographs.description.parsing import read
-from fitter.photographs.setup import measured
 from support import ball_files, ball_scene, ball_stage, sheet
 from support.checkout import ROOT, extension
 from support.stage import render
@@ -29,7 +29,7 @@ def draw(path, size=SIZE, preset="Standard"):
     ball_files.add_openimageio()
     model, scenes = ball_scene.glossy(), ball_scene.scenes(size=(size, size))
     folder = path.parent / "ball"
-    saved_samples.write(measured(read(ball_files.write(folder, model, scenes))).samples, folder / "ball.npz")
+    saved_samples.write(measure_ball(read(ball_files.write(folder, model, scenes))).samples, folder / "ball.npz")
     compared = []
     scene = ball_stage.scene(*OTHERS[0], size=size)
     bpy.ops.measured_brdf.import_data(filepath=str(folder / "ball.npz"), preset=preset)

@@ -32,10 +32,10 @@ from .methods.tolerance import fit_within
 from .model.fit import Fit
 from .model.mix import Mix
 from .model.published import list_published, load_published
-from .photographs.ball import BallPhotograph
+from .photographs.ball.photograph import BallPhotograph
+from .photographs.ball.samples import samples_from_ball
 from .photographs.flat import Maps, maps_from_flat
 from .photographs.flat_photograph import FlatPhotograph
-from .photographs.samples import samples_from_ball
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 

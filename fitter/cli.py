@@ -28,12 +28,12 @@ from .formats import KNOWN_FILES, list_samples, reading, saved_samples
 from .methods import METHODS
 from .model.published import parse_virtual_path
 from .photographs import flat_maps
-from .photographs.ball_advice import advice, left_out
+from .photographs.ball.advice import report_ball
+from .photographs.ball.measuring import measure_ball
 from .photographs.description.parsing import read
 from .photographs.flat import check_materials
-from .photographs.flat_setup import flat
+from .photographs.flat_setup import read_sample
 from .photographs.flat_tiling import tile_size, tiled
-from .photographs.setup import measured
 from .quality import albedo, verdict
 from .quality.describe import describe
 from .storage.files import replace_file
@@ -241,18 +241,16 @@ def _bake(options: argparse.Namespace) -> None:
 
 
 def _photographs(options: argparse.Namespace) -> bool:
-    samples, photographs, doubts = measured(read(options.file))
-    saved_samples.write(samples, options.out)
-    others = left_out(photographs)
-    say(samples.name)
-    is_good = _print_messages([*samples.notes, *([others.words] if others else []), *advice(samples)],
-                              [*doubts, *([others.words] if others and others.is_bad else [])], "  ")
-    say(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
+    measured = measure_ball(read(options.file))
+    saved_samples.write(measured.samples, options.out)
+    say(measured.samples.name)
+    is_good = _print_messages(*report_ball(measured), "  ")
+    say(f"{options.out}: {len(measured.samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
     return is_good
 
 
 def _flat(options: argparse.Namespace) -> bool:
-    sample = flat(read(options.file))
+    sample = read_sample(read(options.file))
     fits: list[Fit] | int | None = sample.number
     if sample.materials:
         materials = [Fit.load(path) if saved_samples.is_another(path) else load(path) for path in sample.materials]

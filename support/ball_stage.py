@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 import fitter
-from fitter.photographs import camera
+from fitter.photographs.scene import camera
 
 from . import ball_scene, stage
 
@@ -50,7 +50,7 @@ def photograph(made, radiance):
     bpy.context.view_layer.update()
     pose = np.array(made.camera.matrix_world)
     source = lamp(made)
-    rays = camera.rays(*radiance.shape[:2], camera.field_of_view(made.camera.data.lens, made.camera.data.sensor_width),
+    rays = camera.rays(*radiance.shape[:2], camera.lens_angle(made.camera.data.lens, made.camera.data.sensor_width),
                        pose[:3, :3])
     return fitter.BallPhotograph(radiance[..., :3], rays, pose[:3, 3], np.zeros(3), RADIUS, np.array(source.location),
                                  np.full(3, source.data.energy / (4 * math.pi)), LAMP_RADIUS)

@@ -32,9 +32,8 @@ _BLOCK = re.compile(rf"<!-- evidence: ([\w-]+)(?: (\w+))? -->(.*?){re.escape(END
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
 _WINDOW = "addon", "tools/window"
-_PHOTOGRAPHS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "fitter" / "photographs").rglob("*.py"))
-_OF_BALLS = (*FITS, *(path for path in _PHOTOGRAPHS if "/flat" not in path), "benchmarks/photographs.py",
-             "benchmarks/report/baselines/ggx.py", "support/ball_scene.py")
+_OF_BALLS = (*FITS, *(f"fitter/photographs/{room}" for room in ("ball", "description", "pictures", "scene")),
+             "benchmarks/photographs.py", "benchmarks/report/baselines/ggx.py", "support/ball_scene.py")
 _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window` looks for it
 
 

@@ -11,7 +11,7 @@ from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging.pictures import srgb
-from ...fitter.photographs.compared import Part, photograph_of, reduced, relative_difference
+from ...fitter.photographs.compared import Part, area_means, read_compared, relative_difference
 from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.description.parsing import parse
 from ..core.annotations import not_none
@@ -47,25 +47,25 @@ def write_request(folder: Path, scene: bpy.types.Scene, description: Description
 
 
 def answer(folder: Path) -> None:
-    """Read the photograph of a folder's request, and render the same place. `compared` reads both."""
+    """Read the photograph of a folder's request, and render the same place. `read_answer` reads both."""
     osl_support.make_importable("OpenImageIO")
     request = json.loads((folder / _REQUEST).read_text("utf-8"))
     progress.report(0.0, "Reading")
-    radiance, counts, part = photograph_of(parse(request["description"], request["scene"]))
+    radiance, counts, part = read_compared(parse(request["description"], request["scene"]))
     size = min(part.side, _SIZE)
-    photograph = reduced(radiance, part, size)
-    counted = reduced(counts[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
+    photograph = area_means(radiance, part, size)
+    counted = area_means(counts[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
     if photograph.shape[2] == 3:
         photograph = photograph @ conversion(DEFAULT_COLOURS, request["colours"]).T
     progress.report(0.3, "Rendering")
     with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
         target.scenes = [request["scene"]]
-    picture = _rendered(target.scenes[0], part, radiance.shape, size, folder / "render.exr")
+    picture = _render_part(target.scenes[0], part, radiance.shape, size, folder / "render.exr")
     np.savez(folder / _ANSWER, photograph=np.broadcast_to(photograph, (size, size, 3)), rendered=picture[..., :3],
              counted=counted & (picture[..., 3] > 1 - 1e-6))
 
 
-def _rendered(scene: Any, part: Part, shape: tuple[int, ...], size: int, path: Path) -> SingleArray:
+def _render_part(scene: Any, part: Part, shape: tuple[int, ...], size: int, path: Path) -> SingleArray:
     """Render a part of a scene's picture in a size: (size, size, 4), linear, the top row first."""
     osl_support.enable(scene)
     camera, (height, width, _) = scene.camera.data, shape
@@ -73,7 +73,7 @@ def _rendered(scene: Any, part: Part, shape: tuple[int, ...], size: int, path: P
     camera.shift_x = (part.left + part.side / 2 - width / 2) / part.side
     camera.shift_y = (height / 2 - part.top - part.side / 2) / part.side
     scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", _SAMPLES, False
-    scene.cycles.pixel_filter_type = "BOX"          # each pixel is the mean of its area, as what is `reduced` is
+    scene.cycles.pixel_filter_type = "BOX"          # each pixel is the mean of its area, as in `area_means`
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.resolution_percentage, scene.render.film_transparent = 100, True
     settings = scene.render.image_settings
@@ -83,7 +83,7 @@ def _rendered(scene: Any, part: Part, shape: tuple[int, ...], size: int, path: P
     return picture_of(bpy.data.images.load(str(path)))[::-1]
 
 
-def compared(folder: Path) -> Compared:
+def read_answer(folder: Path) -> Compared:
     """What `answer` has found."""
     with np.load(folder / _ANSWER, allow_pickle=False) as stored:
         return Compared(stored["photograph"], stored["rendered"], stored["counted"])
@@ -106,7 +106,7 @@ def sheet(pair: Compared) -> SingleArray:
     return whole
 
 
-def stored(name: str, picture: SingleArray) -> bpy.types.Image:
+def new_image(name: str, picture: SingleArray) -> bpy.types.Image:
     """A new image of the open file that holds a picture."""
     height, width = picture.shape[:2]
     image = bpy.data.images.new(name, width, height)

@@ -23,7 +23,7 @@ from ..work.modal import Steps
 from . import settings as photographs
 from . import stage
 from . import work as measuring
-from .operators import LIGHTS, PICTURES, HasPhotographs, MakesScene, light_of
+from .operators import LIGHTS, PICTURES, HasPhotographs, MakesScene, blender_light
 from .settings import CHOSEN
 
 _PRESET = "Standard"        # of materials that are measured
@@ -40,7 +40,7 @@ their folder, light positions (.lp), a project of relight, or a description (.to
     filter_glob: StringProperty(default=f"{PICTURES};*.toml;{LIGHTS}", options={"HIDDEN"})
     width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
                          description="Of what fills the pictures. Corners can be moved later")
-    asked = "width",
+    side_properties = "width",
 
     def work(self, _context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
@@ -95,20 +95,20 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
         chosen = [each for each in (getattr(settings, name) for name in CHOSEN) if each is not None]
         self._uids = [each.session_uid for each in chosen]
         return process.Calculation(partial(
-            measuring.measure_sample, stage.description_of(scene), scene.name, settings.tile,
+            measuring.measure_sample, stage.describe_scene(scene), scene.name, settings.tile,
             [_embedded_fit(each) for each in chosen], load_arguments(_choices(""))))
 
-    def prepare(self, result: tuple[measuring.Maps, CameraSetup]) -> Steps:
+    def prepare(self, result: tuple[measuring.SampleResult, CameraSetup]) -> Steps:
         return *result, (yield from _compile(result[0].outcomes))
 
     def apply(self, context: bpy.types.Context,
-              prepared: tuple[measuring.Maps, CameraSetup, list[compiler.Shader]]) -> None:
+              prepared: tuple[measuring.SampleResult, CameraSetup, list[compiler.Shader]]) -> None:
         (maps, camera, shaders), settings = prepared, photographs.get(self.scene())
         chosen = [by_session_uid(bpy.data.materials, uid) for uid in self._uids]
         if None in chosen:
             raise ValueError("A material that was chosen has been removed meanwhile")
         parts = [*map(not_none, chosen), *_create(maps.outcomes, shaders, context)]
-        mixes = _mixed(parts, maps, context)
+        mixes = _mix_parts(parts, maps, context)
         plane, pose, lights = settings.sample.data, stage.camera_pose(camera), _lights(settings, maps)
         coordinates = stage.uv_of_part(plane, maps.part)
         layer = plane.uv_layers.active or plane.uv_layers.new(name="UVMap")
@@ -134,7 +134,7 @@ def _embedded_fit(chosen: bpy.types.Material) -> EmbeddedFit:
     return fit._replace(name=chosen.name)
 
 
-def _lights(settings: Any, maps: measuring.Maps) -> list[tuple[Any, Any, float, FloatArray]]:
+def _lights(settings: Any, maps: measuring.SampleResult) -> list[tuple[Any, Any, float, FloatArray]]:
     """The lamps, their lights, and how bright these were found to be; one that was left out is as the median of the
     others, beside which it is as bright as its photograph says."""
     shots = {bpy.path.basename(each.files[0].filepath): each for each in settings.photographs if each.lamp is not None}
@@ -142,10 +142,10 @@ def _lights(settings: Any, maps: measuring.Maps) -> list[tuple[Any, Any, float, 
     found = {name: maps.intensities.get(name, usual * shot.brightness) for name, shot in shots.items()}
     do_differ = any((each != usual).any() for each in found.values())
     return [(shot.lamp, shot.lamp.data.copy() if do_differ and shot.lamp.data.users > 1 else shot.lamp.data,
-             *light_of(found[name])) for name, shot in shots.items()]
+             *blender_light(found[name])) for name, shot in shots.items()]
 
 
-def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps,
+def _mix_parts(parts: Sequence[bpy.types.Material], maps: measuring.SampleResult,
            context: bpy.types.Context) -> list[bpy.types.Material]:
     """Materials that lay each part upon those before it: the last is the sample's."""
     mixes, beyond = [parts[0]], "REPEAT" if maps.is_tile else "EXTEND"

@@ -11,7 +11,7 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
-from ...fitter.photographs.setup import Resolved
+from ...fitter.photographs.capture import Resolved
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import osl_support, targets
@@ -78,12 +78,12 @@ class MakesScene(_ChoosesFiles):
     exposures: IntProperty(name="Exposures", default=0, min=0,
                            description="Pictures of each lamp, which follow one another by name. 0: found by the "
                                        "exposure times in the files")
-    asked: tuple[str, ...] = ()         # the properties at the right of the file browser
+    side_properties: tuple[str, ...] = ()         # the properties at the right of the file browser
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
         layout.use_property_split = True
-        for name in (*self.asked, "exposures"):
+        for name in (*self.side_properties, "exposures"):
             layout.prop(self, name)
 
     def show(self, context: bpy.types.Context, made: bpy.types.Scene) -> None:
@@ -113,7 +113,7 @@ their folder, or a description (.toml, .lp)"""
                            description="Add them to the photographs of this scene")
 
     @property
-    def asked(self) -> tuple[str, ...]:
+    def side_properties(self) -> tuple[str, ...]:
         """Radius and distance of a new scene."""
         return () if self.to_scene else ("radius", "distance")
 
@@ -154,8 +154,8 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        find = measuring.outline if photographs.get(scene).ball else measuring.camera_by_corners
-        return process.Calculation(partial(find, stage.description_of(scene, whole=False), scene.name))
+        find = measuring.find_outline if photographs.get(scene).ball else measuring.camera_by_corners
+        return process.Calculation(partial(find, stage.describe_scene(scene, whole=False), scene.name))
 
     def apply(self, _context: bpy.types.Context, found: Any) -> None:
         settings = photographs.get(self.scene())
@@ -185,7 +185,7 @@ light positions (.lp, a project of relight); the lamp of this photograph by one 
         is_one = len(paths) == 1 and Path(paths[0]).suffix.lower() not in measuring.LIGHT_POSITIONS
         shots = [photographs.active(settings)] if is_one else [*settings.photographs]
         self._lamps = [None if each.lamp is None else each.lamp.session_uid for each in shots]
-        return process.Calculation(partial(measuring.lamps_by, stage.description_of(scene, shots, whole=False),
+        return process.Calculation(partial(measuring.lamps_by, stage.describe_scene(scene, shots, whole=False),
                                            scene.name, paths, self.distance, bpy.path.abspath(settings.chrome_mask)))
 
     def apply(self, _context: bpy.types.Context, places: list[list[float] | None]) -> None:
@@ -217,18 +217,18 @@ them"""
             raise ValueError(f"Save As: {path.parent}: not a folder" if settings.samples
                              else "Save As is empty: name the file of the samples")
         return process.Calculation(partial(
-            measuring.measured, stage.description_of(scene), scene.name, str(path), fit_arguments(self._choices),
+            measuring.measure_ball, stage.describe_scene(scene), scene.name, str(path), fit_arguments(self._choices),
             load_arguments(self._choices)))
 
-    def prepare(self, result: measuring.Result) -> Steps:
+    def prepare(self, result: measuring.BallResult) -> Steps:
         yield 0.95, "Compiling"
         return result, compiler.compile_surface(result.outcome.surface)
 
-    def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Result, compiler.Shader]) -> None:
+    def apply(self, context: bpy.types.Context, prepared: tuple[measuring.BallResult, compiler.Shader]) -> None:
         (outcome, content, centre, intensity, told, doubts), shader = prepared
         scene = self.scene()
         settings = photographs.get(scene)
-        ball, energy, colour = settings.ball, *light_of(intensity)
+        ball, energy, colour = settings.ball, *blender_light(intensity)
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
         with replace_file(outcome.measured.path) as stream:
             stream.write(content)
@@ -249,7 +249,7 @@ them"""
         self.report({"INFO"}, f"{made.name}: {quality_summary(made.measured_brdf).line}")
 
 
-def light_of(intensity: FloatArray) -> tuple[float, FloatArray]:
+def blender_light(intensity: FloatArray) -> tuple[float, FloatArray]:
     """The power and the colour of a lamp in Blender, by its radiant intensity, (channels,) in linear Rec.709."""
     matrix = conversion(DEFAULT_COLOURS, scene_colours() or DEFAULT_COLOURS)
     colour = np.maximum(matrix @ np.broadcast_to(intensity, 3), 0)
@@ -266,13 +266,13 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
         shot = photographs.active(photographs.get(scene))
-        description = stage.description_of(scene, [shot], whole=False)
+        description = stage.describe_scene(scene, [shot], whole=False)
         self._lamp, self._folder = shot.lamp.session_uid, process.temporary()
         comparison.write_request(Path(self._folder.name), scene, description)
         return Command("photograph", self._folder.name)
 
     def prepare(self, _result: Any) -> Steps:
-        pair = comparison.compared(Path(self._folder.name))
+        pair = comparison.read_answer(Path(self._folder.name))
         self._folder.cleanup()
         return pair
         yield
@@ -284,8 +284,8 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
         before, difference = shot.comparison, pair.difference
-        judged = photographs.judged(shot.name, difference)
-        made = comparison.stored(f"{shot.name} compared", comparison.sheet(pair))
+        judged = photographs.judge_render(shot.name, difference)
+        made = comparison.new_image(f"{shot.name} compared", comparison.sheet(pair))
         # no call may follow that can fail: this is not taken back
         shot.comparison, shot.difference = made, difference
         if before is not None:

@@ -230,7 +230,7 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
                              partial(picture_of, shot.comparison))
         layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         column = layout.column(align=True)
-        judged = photographs.judged(shot.name, shot.difference)
+        judged = photographs.judge_render(shot.name, shot.difference)
         draw_wrapped(column, judged.words, "ERROR" if judged.is_bad else "DOT")
         draw_wrapped(column, f"Photograph and render; half of each, and what differs, {TIMES} times as bright", "DOT")
 

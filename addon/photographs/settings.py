@@ -195,7 +195,7 @@ def active(settings: Any) -> Any:
     return settings.photographs[min(max(settings.active, 0), len(settings.photographs) - 1)]
 
 
-def judged(name: str, difference: float) -> verdict.Judgement:
+def judge_render(name: str, difference: float) -> verdict.Judgement:
     """How far a render is from a photograph that it was compared with, in words."""
     return verdict.grade_message(f"{name}: the render differs by {difference:.1%}", difference,
                                  verdict.PREDICTED_LIMITS)

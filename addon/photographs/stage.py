@@ -16,8 +16,8 @@ from mathutils import Matrix, Vector, geometry
 
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs import camera as cameras
-from ...fitter.photographs import flat_setup, viewpoint
+from ...fitter.photographs import flat_setup
+from ...fitter.photographs.capture import Resolved
 from ...fitter.photographs.description.capture_setup import (
     BallSetup,
     CameraSetup,
@@ -26,7 +26,7 @@ from ...fitter.photographs.description.capture_setup import (
     SampleSetup,
     Shot,
 )
-from ...fitter.photographs.setup import Resolved
+from ...fitter.photographs.scene import camera as cameras
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.shading import look, material
@@ -109,7 +109,7 @@ def _camera(scene: bpy.types.Scene, setup: CameraSetup) -> bpy.types.Object:
 
 def camera_pose(setup: CameraSetup, centre: Any = (0, 0, 0)) -> Matrix:
     """Where a camera is in a description whose places are numbers; by default it looks at a centre, (3,)."""
-    orientation = viewpoint.orientation(setup, centre)
+    orientation = cameras.orientation(setup, centre)
     return Matrix.Translation(Vector(_numbers(setup.position))) @ Matrix(orientation.tolist()).to_4x4()
 
 
@@ -221,7 +221,7 @@ def _one(files: Sequence[Path] | None) -> str:
     return str(files[0].absolute()) if files else ""
 
 
-def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
+def describe_scene(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
     """The description of some photographs of a scene; by default of those that are used.
 
     By default it is `whole`: what is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
@@ -236,7 +236,7 @@ def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: boo
     first = _there(scene, shots[0].lamp, f"lamp of {shots[0].name}")
     light: Any = first.data
     described: Description = {
-        "name": scene.name, "camera": {"field_of_view": math.degrees(cameras.field_of_view(lens.lens,
+        "name": scene.name, "camera": {"field_of_view": math.degrees(cameras.lens_angle(lens.lens,
                                                                                           lens.sensor_width))},
         "lamp": {name: bpy.path.abspath(path) for name, path in (("dark", settings.dark), ("flat", settings.flat))
                  if path},
@@ -279,7 +279,7 @@ def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any]
     _there(scene, settings.sample, "sample")
     corners = np.reshape(settings.corners, (4, 2))
     if settings.drawn_corners is not None:
-        corners = flat_setup.corners_natural_order(drawn_corners(settings.drawn_corners), size)
+        corners = flat_setup.order_corners(drawn_corners(settings.drawn_corners), size)
     described["sample"] = {"width": settings.width, "height": settings.height, "corners": corners.tolist()}
     if settings.drawn_outline is not None:
         described["sample"]["outline"] = flat_setup.to_pixels(drawn_outline(settings.drawn_outline), size).tolist()
@@ -299,7 +299,7 @@ def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any]
 
 
 def drawn_corners(mask: Any) -> FloatArray:
-    """The four points of a mask, (4, 2), as `flat_setup.corners_in_order` takes them."""
+    """The four points of a mask, (4, 2), as `flat_setup.order_corners` takes them."""
     if [len(each.points) for each in _splines(mask)] != [4]:
         raise ValueError(f"Corners: {mask.name!r} is not a mask of one spline with four points")
     return np.array([tuple(point.co) for point in _splines(mask)[0].points]) - 0.5

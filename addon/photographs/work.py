@@ -15,15 +15,20 @@ from ...fitter import DatasetError, Fit, FlatPhotograph, load, maps_from_flat, p
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.formats import saved_samples
-from ...fitter.photographs import flat_maps, flat_setup, setup
-from ...fitter.photographs.ball_advice import advice, left_out
+from ...fitter.photographs import flat_maps
+from ...fitter.photographs.ball import measuring
+from ...fitter.photographs.ball.advice import report_ball
+from ...fitter.photographs.capture import Resolved, resolve
 from ...fitter.photographs.description import light_positions
 from ...fitter.photographs.description.capture_setup import GUESS, CameraSetup, CaptureSetup, Description
 from ...fitter.photographs.description.folders import PICTURES, SUFFIXES, descriptions_in, natural_order, pictures_in
 from ...fitter.photographs.description.parsing import parse, read
 from ...fitter.photographs.flat import check_materials
+from ...fitter.photographs.flat_setup import read_sample
 from ...fitter.photographs.flat_tiling import tile_size, tiled
-from ...fitter.photographs.picture_files import PictureInfo, read_picture_info
+from ...fitter.photographs.pictures.light import Light
+from ...fitter.photographs.pictures.picture_files import PictureInfo, read_picture_info
+from ...fitter.photographs.pictures.reading import Pictures
 from ..core.annotations import Arguments
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
@@ -41,43 +46,41 @@ _IN_PANEL = {'say so by encoding = "linear"': "set Values to Linear",
              "scale.albedo": "Albedo", "chrome.mask": "Chrome Ball"}
 
 
-class Result(NamedTuple):
-    """What photographs have measured.
+class BallResult(NamedTuple):
+    """What photographs of a ball have measured."""
 
-    Attributes
-    ----------
-    outcome : Outcome
-        The fit of the samples, and what a material is made from.
-    content : bytes
-        The file of the samples.
-    centre : (3,)
-        Of the ball, by its outline, metres.
-    intensity : (channels,)
-        Of the lamp, W/sr in units of the pictures.
-    told : tuple of str
-        What was measured, what that covers, and where to put the next lamp.
-    doubts : tuple of str
-        Those lines that say that something is wrong.
-    """
-
-    outcome: Outcome
-    content: bytes
-    centre: FloatArray
-    intensity: FloatArray
-    told: tuple[str, ...]
-    doubts: tuple[str, ...]
+    outcome: Outcome        # the fit of the samples, and what a material is made from
+    content: bytes          # the file of the samples
+    centre: FloatArray      # of the ball, by its outline, metres: (3,)
+    intensity: FloatArray   # of the lamp, W/sr in units of the pictures: (channels,)
+    told: tuple[str, ...]   # what was measured, what that covers, and where to put the next lamp
+    doubts: tuple[str, ...]         # those lines that say that something is wrong
 
 
-def find_description(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
-    """The description that a file is, or a folder has; else one of the pictures, or of those in the folder, as
-    `described` makes it."""
-    folder = Path(paths[0])
-    if len(paths) == 1 and (folder.suffix.lower() in SUFFIXES or (folder.is_dir() and descriptions_in(folder))):
-        return setup.resolved(read(paths[0]))
-    return described(paths, radius, distance, count)
+class SampleResult(NamedTuple):
+    """What photographs of a flat sample have measured; pictures are PNG of 16 bits."""
+
+    name: str
+    outcomes: list[Outcome]         # of the materials that were found; empty where they were chosen
+    masks: list[tuple[bytes, float]]    # the share of each but the first, where it lies upon those before; its mean
+    brightness: bytes               # what the mix is multiplied with, over `most`
+    most: float
+    normals: bytes
+    is_tile: bool                   # whether they can be repeated
+    part: FloatArray                # of the sample: its lower left and upper right, shares of its sides, (2, 2)
+    told: tuple[str, ...]           # what is to be said of it
+    doubts: tuple[str, ...]         # the lines of that which say that something is wrong
+    intensities: dict[str, FloatArray]      # of the lamps, by the names of photographs, W/sr in units of the pictures
 
 
-def in_panel(text: str) -> str:
+class SampleDescription(NamedTuple):
+    """A description of a flat sample whose places are numbers, and the materials that it names, fitted."""
+
+    resolved: Resolved
+    materials: list[Outcome]
+
+
+def translate_keys(text: str) -> str:
     """A message with the names that the panel has, in the place of keys of a description."""
     for key, name in _IN_PANEL.items():
         text = text.replace(key, name)
@@ -90,14 +93,21 @@ def _names_of_panel() -> Iterator[None]:
     try:
         yield
     except DatasetError as error:
-        raise DatasetError(in_panel(str(error))) from error
+        raise DatasetError(translate_keys(str(error))) from error
 
 
-class SampleDescription(NamedTuple):
-    """A description of a flat sample whose places are numbers, and the materials that it names, fitted."""
-
-    resolved: setup.Resolved
-    materials: list[Outcome]
+def find_description(paths: Sequence[str], radius: float, distance: float, count: int) -> Resolved:
+    """The description that a file is, or a folder has; else one of the pictures, or of those in the folder: of a ball
+    at the origin, with a camera so far away, metres, and `count` exposures under each lamp, 0: as the files say."""
+    path = Path(paths[0])
+    if len(paths) == 1 and (path.suffix.lower() in SUFFIXES or (path.is_dir() and descriptions_in(path))):
+        setup = read(path)
+        setup.need_ball()
+        return resolve(setup)
+    groups, first = _group_pictures(paths, count)
+    return Resolved(_parse_pictures(groups, path.parent, {
+        "name": path.parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(first)},
+        "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}}), first.size)
 
 
 def find_sample_description(paths: Sequence[str], width: float, count: int, arguments: Arguments,
@@ -108,13 +118,44 @@ def find_sample_description(paths: Sequence[str], width: float, count: int, argu
     `arguments` are of fits, `how` keyword arguments of `fitter.load`.
     """
     with progress.part(0.0, 0.3):
-        found = _resolved_sample(paths, width, count)
+        path = Path(paths[0])
+        if path.is_dir() and descriptions_in(path):
+            path = descriptions_in(path)[0]
+        if len(paths) == 1 and path.suffix.lower() == ".toml":
+            setup = read(path)
+            setup.need_sample()
+        else:
+            setup = _fill_pictures(paths, path, width, count)
+        found = resolve(setup)
     with progress.part(0.3, 1.0):
         named = found.setup.materials
-        return SampleDescription(found, _materials(named, arguments, how) if isinstance(named, tuple) else [])
+        return SampleDescription(found, _fit_materials(named, arguments, how) if isinstance(named, tuple) else [])
 
 
-def _materials(files: Sequence[Path], arguments: Arguments, how: Arguments) -> list[Outcome]:
+def _fill_pictures(paths: Sequence[str], path: Path, width: float, count: int) -> CaptureSetup:
+    """A description of a sample that fills the pictures, whose lamps light positions say, or nobody has placed yet."""
+    folder = path if path.is_dir() else path.parent
+    whole: Description = {"name": folder.absolute().name, "camera": {"position": "far"},
+                          "sample": {"width": width, "height": width}}
+    if len(paths) == 1 and path.suffix.lower() in LIGHT_POSITIONS:
+        setup = parse({**whole, "scale": {"albedo": GUESS}, "lamp": {"positions": path.name}}, path)
+        height, across = Pictures(setup).size
+    else:
+        groups, first = _group_pictures(paths, count)
+        if first.field_of_view is not None or first.focal_length is not None:
+            whole["camera"] = _lens(first)
+        setup, (height, across) = _parse_pictures(groups, folder, whole), first.size
+    edge = np.array([[0, height], [across, height], [across, 0], [0, 0]], dtype=float)
+    return replace(setup, sample=replace(setup.need_sample(), height=width * height / across, corners=edge))
+
+
+def _parse_pictures(groups: list[list[str]], folder: Path, description: Description) -> CaptureSetup:
+    """A description of pictures whose lamps nobody has placed yet."""
+    return parse({**description, "scale": {"albedo": GUESS},
+                  "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, folder / "photographs")
+
+
+def _fit_materials(files: Sequence[Path], arguments: Arguments, how: Arguments) -> list[Outcome]:
     """Saved fits, and fits of measurements. All are looked at before one is fitted."""
     read_files = [Fit.load(file) if saved_samples.is_another(file) else load(file, **how) for file in files]
     check_materials(read_files, 3)
@@ -130,45 +171,7 @@ def _materials(files: Sequence[Path], arguments: Arguments, how: Arguments) -> l
     return made
 
 
-def _resolved_sample(paths: Sequence[str], width: float, count: int) -> setup.Resolved:
-    path = Path(paths[0])
-    if path.is_dir() and descriptions_in(path):
-        path = descriptions_in(path)[0]
-    if len(paths) == 1 and path.suffix.lower() == ".toml":
-        return flat_setup.resolved(read(path))
-    folder = path if path.is_dir() else path.parent
-    whole = {"name": folder.absolute().name, "camera": {"position": "far"}, "scale": {"albedo": GUESS},
-             "sample": {"width": width, "height": width}}
-    if len(paths) == 1 and path.suffix.lower() in LIGHT_POSITIONS:
-        made = parse({**whole, "lamp": {"positions": path.name}}, path)
-        size = setup.size_of(made)
-    else:
-        groups, first = _grouped(paths, count)
-        lens = {} if first.field_of_view is None and first.focal_length is None else {"camera": _lens(first)}
-        made = parse({**whole, **lens, "photograph": [{"files": group, "lamp": list(START)} for group in groups]},
-                     folder / "photographs")
-        size = first.size
-    edge = np.array([[0, size[0]], size[::-1], [size[1], 0], [0, 0]], dtype=float)
-    return flat_setup.resolved(replace(made, sample=replace(made.need_sample(), height=width * size[0] / size[1],
-                                                            corners=edge)))
-
-
-def described(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
-    """A description of pictures of a ball at the origin, whose lamps nobody has placed yet.
-
-    Radius of the ball, and distance of the camera from it, are in metres; `count` is that of exposures under each lamp,
-    0: as the files say.
-    """
-    groups, first = _grouped(paths, count)
-    folder = Path(paths[0]).parent
-    return setup.Resolved(parse(
-        {"name": folder.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(first)},
-         "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": GUESS},
-         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, folder / "photographs"),
-        first.size)
-
-
-def _grouped(paths: Sequence[str], count: int) -> tuple[list[list[str]], PictureInfo]:
+def _group_pictures(paths: Sequence[str], count: int) -> tuple[list[list[str]], PictureInfo]:
     """Pictures, or those in a folder, by their lamps, and what the first file says."""
     folder = Path(paths[0])
     if len(paths) == 1 and folder.is_dir():
@@ -217,20 +220,20 @@ def _lens(said: PictureInfo) -> dict[str, float]:
     return {"focal_length": focal, "sensor_width": 2 * focal * half}
 
 
-def outline(description: Description, name: str) -> list[float]:
+@_names_of_panel()
+def find_outline(description: Description, name: str) -> list[float]:
     """Where the ball of a description is, by its outline in the photographs."""
     ball = {**description["ball"], "centre": "outline"}
-    with _names_of_panel():
-        found = setup.resolved(parse({**description, "ball": ball}, name)).setup.need_ball()
-    return np.asarray(found.centre).tolist()
+    return np.asarray(resolve(parse({**description, "ball": ball}, name)).setup.need_ball().centre).tolist()
 
 
+@_names_of_panel()
 def camera_by_corners(description: Description, name: str) -> CameraSetup:
     """Where the camera of a flat sample was, by its corners."""
-    with _names_of_panel():
-        return flat_setup.resolved(parse(description, name)).setup.camera
+    return resolve(parse(description, name)).setup.camera
 
 
+@_names_of_panel()
 def lamps_by(description: Description, name: str, paths: Sequence[str], distance: float,
              mask: str) -> list[list[float] | None]:
     """Where the lamp of each photograph of a description was, None where that is not said.
@@ -250,88 +253,42 @@ def lamps_by(description: Description, name: str, paths: Sequence[str], distance
         ordered = sorted(paths, key=lambda path: natural_order(Path(path).name))
         shots = [{**shot, "chrome": path, **away} for shot, path in zip(shots, ordered, strict=True)]
     told = {**description, "lamp": lamp, "photograph": shots, **({"chrome": {"mask": mask}} if mask else {})}
-    with _names_of_panel():
-        made = parse(told, name)
-        found = (setup if made.sample is None else flat_setup).resolved(made).setup.photographs
-    places = {each.files: np.asarray(each.lamp).tolist() for each in found}
+    places = {each.files: np.asarray(each.lamp).tolist() for each in resolve(parse(told, name)).setup.photographs}
     return [places.get(tuple(map(Path, shot["files"]))) for shot in shots]
 
 
-def measured(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> Result:
-    """Measure, and fit what was measured, as `setup.measured` and `tasks.outcome` do.
+@_names_of_panel()
+def measure_ball(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> BallResult:
+    """Measure, and fit what was measured, as `measuring.measure_ball` and `tasks.outcome` do.
 
     The file of the samples is not written; `path` is where it will be.
     """
-    with progress.part(0.0, 0.4, "Measuring"), _names_of_panel():
-        samples, photographs, doubts = setup.measured(parse(description, name))
+    with progress.part(0.0, 0.4, "Measuring"):
+        measured = measuring.measure_ball(parse(description, name))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
-        saved_samples.write(samples, part)
+        saved_samples.write(measured.samples, part)
         outcome = tasks.outcome(str(part), "", arguments, how=how)
         content = part.read_bytes()
     with progress.part(0.8, 1.0, about="Next lamp: "):
-        others = left_out(photographs)
-        told = *map(in_panel, samples.notes), *([others.words] if others else []), *advice(samples)
-    return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
-                  photographs[0].intensity, told, (*doubts, *([others.words] if others and others.is_bad else [])))
+        lines, doubts = report_ball(measured)
+    first = measured.photographs[0]
+    return BallResult(outcome._replace(measured=outcome.measured._replace(path=path)), content, first.centre,
+                      first.intensity, *_translate_report(lines, doubts))
 
 
-class Maps(NamedTuple):
-    """What photographs of a flat sample have measured.
-
-    Attributes
-    ----------
-    name : str
-    outcomes : list of Outcome
-        Of the materials that were found; empty where they were chosen.
-    masks : list of (bytes, float)
-        The share of each material but the first, where it lies upon those before it: a PNG of 16 bits, and its mean.
-    brightness : bytes
-        What the mix is multiplied with, over `most`: a PNG of 16 bits.
-    most : float
-    normals : bytes
-        A normal map: a PNG of 16 bits.
-    is_tile : bool
-        Whether they can be repeated.
-    part : (2, 2)
-        Which part of the sample they are: its lower left and its upper right, shares of width and height.
-    told, doubts : tuple of str
-        What is to be said of it, and the lines of that which say that something is wrong.
-    intensities : dict of (channels,) arrays
-        Of the lamps, by the names of photographs, W/sr in units of the pictures.
-    """
-
-    name: str
-    outcomes: list[Outcome]
-    masks: list[tuple[bytes, float]]
-    brightness: bytes
-    most: float
-    normals: bytes
-    is_tile: bool
-    part: FloatArray
-    told: tuple[str, ...]
-    doubts: tuple[str, ...]
-    intensities: dict[str, FloatArray]
-
-
+@_names_of_panel()
 def measure_sample(description: Description, name: str, is_tile: bool, chosen: Sequence[EmbeddedFit],
-                   how: Arguments) -> tuple[Maps, CameraSetup]:
+                   how: Arguments) -> tuple[SampleResult, CameraSetup]:
     """Measure the flat sample of a scene's description, in the words of its panel, and where the camera was.
 
     It is a mix of chosen materials, else of those that are found; `how` are keyword arguments of `fitter.load`. A tile
     is `flat_tiling.tiled`. Raises DatasetError, ValueError.
     """
-    with _names_of_panel():
-        made = parse(description, name)
-        maps = _measured_maps(made, is_tile, chosen, how["colours"])
-        return (maps._replace(told=tuple(map(in_panel, maps.told)), doubts=tuple(map(in_panel, maps.doubts))),
-                flat_setup.resolved(made).setup.camera)
-
-
-def _measured_maps(made: CaptureSetup, is_tile: bool, chosen: Sequence[EmbeddedFit], space: str) -> Maps:
+    setup, space = parse(description, name), how["colours"]
     with progress.part(0.0, 0.3, "Reading"):
-        sample = flat_setup.flat(made)
-    photographs = [_in_colours(each, space) for each in sample.photographs]
+        sample = read_sample(setup)
+    photographs = [_convert_colours(each, space) for each in sample.photographs]
     fits = [tasks.kept_fit(each) for each in chosen]
     with progress.part(0.3, 0.75):
         maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or sample.number)
@@ -347,18 +304,24 @@ def _measured_maps(made: CaptureSetup, is_tile: bool, chosen: Sequence[EmbeddedF
                                     for each in progress.each(maps.fits)]
     masks, brightness, most = flat_maps.layers(maps.weights)
     first, last = sample.corners[[0, 2], :2]
-    return Maps(sample.name, outcomes,
-                [(flat_maps.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
-                flat_maps.png(brightness), most, flat_maps.png(flat_maps.normal_map(maps)), is_tile,
-                (maps.corners[[0, 2], :2] - first) / (last - first), told, (*sample.doubts, *report.doubts),
-                {each.name: each.intensity for each in sample.photographs})
+    return SampleResult(
+        sample.name, outcomes, [(flat_maps.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
+        flat_maps.png(brightness), most, flat_maps.png(flat_maps.normal_map(maps)), is_tile,
+        (maps.corners[[0, 2], :2] - first) / (last - first),
+        *_translate_report(told, (*sample.doubts, *report.doubts)),
+        {each.name: each.intensity for each in sample.photographs}), resolve(setup).setup.camera
 
 
-def _in_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:
+def _translate_report(lines: Sequence[str], doubts: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    return tuple(map(translate_keys, lines)), tuple(map(translate_keys, doubts))
+
+
+def _convert_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:
     """A photograph in another colour space: what it shows under a white lamp."""
     if space == DEFAULT_COLOURS or photograph.radiance.shape[2] == 1:
         return photograph
-    given = photograph.intensity
-    return replace(photograph, radiance=photograph.radiance / given @ conversion(DEFAULT_COLOURS, space).T,
-                   intensity=np.ones(3), mask=photograph.counts[..., 0] > 0,
-                   noise=None if photograph.noise is None else photograph.noise / given)
+    noise = np.zeros_like(photograph.radiance) if photograph.noise is None else photograph.noise
+    light = Light(photograph.radiance / photograph.intensity, noise / photograph.intensity, photograph.counts)
+    light = light.convert(conversion(DEFAULT_COLOURS, space))
+    return replace(photograph, radiance=light.radiance, intensity=np.ones(3), mask=light.known,
+                   noise=None if photograph.noise is None else light.noise)

@@ -6,7 +6,7 @@ from ...fitter import DatasetError
 from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.library import matching, ready
 from ...fitter.model import published
-from ...fitter.photographs.picture_files import read_picture
+from ...fitter.photographs.pictures.picture_files import read_picture
 from ..core.annotations import Arguments
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
-from .ball import BallPhotograph
-from .camera import pixel_angle
+from .ball.measuring import read_photographs
+from .ball.photograph import BallPhotograph
 from .description.capture_setup import CaptureSetup
-from .flat_setup import places_of
-from .pictures import Pictures, mask_of, within
-from .setup import photographed
+from .flat_setup import corner_places
+from .pictures.reading import Pictures, polygon_mask, read_mask
+from .scene.camera import pixel_angle
 
 _MARGIN = 1.12              # side of the part over the ball's diameter
 
@@ -27,28 +27,27 @@ class Part(NamedTuple):
 class Compared(NamedTuple):
     """The only photograph of a description, which is compared."""
 
-    radiance: RealArray
-    """(h, w, channels)."""
-    counted: BoolArray
-    """(h, w)."""
+    radiance: RealArray     # (h, w, channels)
+    counted: BoolArray      # (h, w)
     part: Part
 
 
-def photograph_of(setup: CaptureSetup) -> Compared:
+def read_compared(setup: CaptureSetup) -> Compared:
     """The only photograph of a description, and the part of it that the ball or the sample takes."""
     if setup.ball is not None:
-        shot, = photographed(setup)
+        (shot,), _ = read_photographs(setup)
         return Compared(shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask,
-                        part_of_ball(shot))
-    light = Pictures(setup.camera, setup.lamp).of_lamp(setup.photographs[0], "files")
+                        _ball_part(shot))
+    light = Pictures(setup).lamp_light(setup.photographs[0], "files")
     size = light.radiance.shape[0], light.radiance.shape[1]
-    corners, mask = places_of(setup.need_sample(), size), mask_of(setup.need_sample(), size)
+    corners, mask = corner_places(setup.need_sample(), size), read_mask(setup.need_sample(), size)
     side = int(np.ceil(_MARGIN * np.ptp(corners, axis=0).max()))
     left, top = np.round((corners.min(axis=0) + corners.max(axis=0) - side) / 2).astype(int).tolist()
-    return Compared(light.radiance, light.known & within(corners, size) & (mask is None or mask), Part(left, top, side))
+    return Compared(light.radiance, light.known & polygon_mask(corners, size) & (mask is None or mask),
+                    Part(left, top, side))
 
 
-def part_of_ball(photograph: BallPhotograph) -> Part:
+def _ball_part(photograph: BallPhotograph) -> Part:
     """The part of a photograph that the ball takes. DatasetError if it is not in the picture."""
     axis, _, limb = photograph.sight
     rows, columns = np.nonzero(photograph.rays @ axis > np.cos(limb))
@@ -60,27 +59,23 @@ def part_of_ball(photograph: BallPhotograph) -> Part:
     return Part(round(middle[1] - side / 2), round(middle[0] - side / 2), side)
 
 
-def reduced(picture: RealArray, part: Part, size: int) -> FloatArray:
+def area_means(picture: RealArray, part: Part, size: int) -> FloatArray:
     """A part of a picture in fewer pixels, each the mean of its area: (h, w, channels) to (size, size, channels).
 
     What is beyond the picture is 0.
 
     Examples
     --------
-    >>> reduced(np.arange(4.0).reshape(2, 2, 1), Part(0, 0, 2), 1).ravel().tolist()
+    >>> area_means(np.arange(4.0).reshape(2, 2, 1), Part(0, 0, 2), 1).ravel().tolist()
     [1.5]
     """
-    rows, columns = (_shares(first, part.side, size, length)
-                     for first, length in zip((part.top, part.left), picture.shape[:2], strict=True))
-    return np.asarray(np.einsum("ij,jkc,lk->ilc", rows, picture, columns, optimize=True))
+    def overlaps(first: int, count: int) -> FloatArray:
+        edges, place = first + part.side * np.arange(size + 1) / size, np.arange(count)
+        overlap = np.minimum(edges[1:, None], place + 1) - np.maximum(edges[:-1, None], place)
+        return np.asarray(np.maximum(overlap, 0) * size / part.side)
 
-
-def _shares(first: int, side: int, size: int, length: int) -> FloatArray:
-    """The share of each of `length` pixels in the mean of each of `size` pixels: (size, length)."""
-    edges = first + side * np.arange(size + 1) / size
-    place = np.arange(length)
-    overlap = np.minimum(edges[1:, None], place + 1) - np.maximum(edges[:-1, None], place)
-    return np.asarray(np.maximum(overlap, 0) * size / side)
+    return np.asarray(np.einsum("ij,jkc,lk->ilc", overlaps(part.top, picture.shape[0]), picture,
+                                overlaps(part.left, picture.shape[1]), optimize=True))
 
 
 def relative_difference(photograph: FloatArray, rendered: FloatArray, counted: BoolArray) -> float:

@@ -19,11 +19,11 @@ from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from ..errors import DatasetError
 from ..model.fit import Fit
 from ..samples import Samples
-from .ball import check_bright
 from .description.capture_setup import MOST_MATERIALS
 from .flat_finding import MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, shading_geometry
 from .flat_solving import Prior, Texels, given_normals, normals_of, prior_of, radiances, solved, turned_weights
+from .pictures.light import check_bright
 
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
 _COARSER, _COARSEST = 4, 4096   # of how many texels along both axes one is solved first; the fewest that follow others

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
-from .coverage import LEAST
+from .ball.coverage import LEAST
 from .flat import Maps, evenly, frame_of, points_of
 from .flat_photograph import FlatPhotograph, ShadingGeometry, observed, shading_geometry
 from .flat_solving import DIFFERENCE, NOISE, STEEP, normals_of, radiances, scale_of, slopes_of
@@ -26,12 +26,9 @@ _ALONE = 0.02               # of the uncertainty, below which a lamp is not wort
 class NextLamp(NamedTuple):
     """Where the next lamp should stand."""
 
-    place: FloatArray
-    """(3,), metres."""
-    polar_angle: float
-    """From the sample's normal, at its middle, degrees."""
-    azimuth: float
-    """From the direction of the first edge, counter-clockwise as the camera sees it, degrees."""
+    place: FloatArray   # (3,), metres
+    polar_angle: float  # from the sample's normal, at its middle, degrees
+    azimuth: float      # from the direction of the first edge, counter-clockwise as the camera sees it, degrees
     gain: float
     """The share of a texel's uncertainty that its photograph takes away, in the geometric mean over weights, slopes
     and texels."""
@@ -48,10 +45,7 @@ class NextLamp(NamedTuple):
 def next_lamp(maps: Maps, photographs: Sequence[FlatPhotograph], places: ArrayLike | None = None) -> NextLamp:
     """The lamp whose photograph would add most to these, of which the maps were made.
 
-    Parameters
-    ----------
-    places : (n, 3), optional
-        Where it may stand, metres: the lamps of a dome. By default all around, as far as the others.
+    It may stand at places, (n, 3), metres, as the lamps of a dome; by default all around, as far as the others.
     """
     frame, (height, width) = frame_of(maps.corners, photographs), maps.weights.shape[:2]
     chosen = evenly(height, width, _TEXELS)

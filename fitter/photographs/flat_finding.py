@@ -27,13 +27,13 @@ from ..model import Reflectance
 from ..model.fit import Fit
 from ..model.microfacet import Microfacet
 from ..samples import RGB, Samples
-from .ball import STEEPEST, to_local_angles
-from .binning import binned
-from .coverage import LEAST, difference_angle
+from .ball.binning import bin_samples
+from .ball.coverage import LEAST, difference_angle
 from .description.capture_setup import MOST_MATERIALS
 from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
 from .flat_photograph import Observed
 from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
+from .scene.photograph import STEEPEST, to_local_angles
 
 MOST_TEXELS = 1500          # that are looked at: 4 s, and three materials have a hundred pure ones each
 _WIDTHS = 0.05, 0.15, 0.4   # alpha of the lobes
@@ -110,19 +110,14 @@ def _grey(seen: Observed) -> Observed:
 class _Equations(NamedTuple):
     """Normal equations of the strengths d of j lobes: the squared errors are d gram d - 2 right d + square."""
 
-    gram: FloatArray
-    """(n, channels, j, j)."""
-    right: FloatArray
-    """(n, channels, j)."""
-    square: FloatArray
-    """Over all channels: (n,)."""
+    gram: FloatArray    # (n, channels, j, j)
+    right: FloatArray   # (n, channels, j)
+    square: FloatArray  # over all channels: (n,)
 
 
 class _Mixed(NamedTuple):
-    weights: FloatArray
-    """(n, m)."""
-    strengths: FloatArray
-    """(m, channels, j)."""
+    weights: FloatArray     # (n, m)
+    strengths: FloatArray   # (m, channels, j)
 
 
 def _equations(seen: Observed, texels: Texels, frame: FloatArray) -> _Equations:
@@ -319,7 +314,7 @@ def _pooled(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, te
     brought = np.cos(directions[0])[:, None] * (seen.lit.brought[which] * weight[:, None, None])[used]
     values, deviation = (radiance - others)[used] / brought, (wrong / np.where(own > 0, own, 1))[used]
     if len(values) > _SAMPLES:
-        directions, values, deviation = binned(directions, values, deviation, _SAMPLES)
+        directions, values, deviation = bin_samples(directions, values, deviation, _SAMPLES)
     directions, values, deviation = _without_retro_peak(directions, values, deviation)
     channels = RGB if values.shape[1] == len(RGB) else ("grey",)
     return Samples(*directions, values, channels, f"Material {material + 1}", "photographs of a flat sample",

@@ -7,6 +7,7 @@ map is in tangent space: x to the right in the picture, y upward (OpenGL, as Ble
 
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,14 +16,14 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError, printable
 from ..quality.physics import directional_albedo
-from ..quality.verdict import prediction_message
 from ..storage.files import replace_folder
 from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
 from .flat_judging import contradictions, turned_lamps
 from .flat_photograph import FlatPhotograph, observed
-from .picture_files import NEEDED
-from .scale import ANGLES, too_bright
+from .pictures.picture_files import NEEDED
+from .scene.report import Report, judge_left_out
+from .scene.scale import ANGLES, too_bright
 
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
@@ -32,21 +33,11 @@ _JUDGED = 120               # texels by which photographs are judged
 
 
 class Layers(NamedTuple):
-    """Weights as materials that lie upon one another, 0 to 1, the top row of the picture first.
+    """Weights as materials that lie upon one another, 0 to 1, the top row of the picture first."""
 
-    Attributes
-    ----------
-    masks : (h, w, materials - 1) float64
-        The share of each material but the first, where it lies upon those before it.
-    brightness : (h, w) float64
-        The sum of the weights, over `most`, 1 at most.
-    most : float
-        What nearly all sums are below: a few texels, as of a glint, may be brighter.
-    """
-
-    masks: FloatArray
-    brightness: FloatArray
-    most: float
+    masks: FloatArray           # the share of each but the first, upon those before it: (h, w, materials - 1)
+    brightness: FloatArray      # the sum of the weights, over `most`, 1 at most: (h, w)
+    most: float                 # what nearly all sums are below: a few texels, as of a glint, may be brighter
 
 
 def layers(weights: FloatArray) -> Layers:
@@ -97,21 +88,12 @@ def png(values: FloatArray) -> bytes:
         return path.read_bytes()
 
 
-def left_out(maps: Maps, photographs: Sequence[FlatPhotograph]) -> float | None:
-    """How far a photograph is from what the others say of it, of its root mean square.
-
-    None where these are too few, not a number where it shows nothing of the sample.
-
-    It is the middle one, and the maps are coarse ones of the same materials.
-    """
-    number = len(photographs) // 2
-    others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
-    if len(others) < 2:
-        return None
+def _left_out_error(maps: Maps, others: Sequence[FlatPhotograph], shot: FlatPhotograph) -> float:
+    """How far a photograph is from what coarse maps of the same materials by others say of it; not a number where it
+    shows nothing of the sample."""
     height, width = (min(each, _LEFT_OUT) for each in maps.weights.shape[:2])
     coarse = maps_from_flat(others, maps.corners, (height, width), maps.fits)
-    normal = frame_of(maps.corners, photographs)[2]
-    seen = observed([shot], points_of(maps.corners, (height, width)), normal)
+    seen = observed([shot], points_of(maps.corners, (height, width)), frame_of(maps.corners, [shot])[2])
     counts = seen.good[:, 0] & (coarse.used.ravel() > 0)
     there = seen.radiance[counts, 0]
     expected = coarse.radiance(shot.camera, shot.lamp, shot.intensity).reshape(len(counts), -1)[counts]
@@ -119,27 +101,19 @@ def left_out(maps: Maps, photographs: Sequence[FlatPhotograph]) -> float | None:
     return float(np.linalg.norm(expected - there)) / size if size else float("nan")
 
 
-class Report(NamedTuple):
-    """What is to be said of maps: lines, and those of them that say that something is wrong."""
-
-    lines: tuple[str, ...]
-    doubts: tuple[str, ...]
-
-
 def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | None = None) -> Report:
     """What is to be said of maps. The albedo is that which was guessed, if it was."""
     height, width, count = maps.weights.shape
     most = float(maps.weights.max()) or 1.0
     unsure = (maps.deviation.max(axis=2) > UNSURE * most).mean()
-    missed = left_out(maps, photographs)
+    told = judge_left_out(photographs, partial(_left_out_error, maps))
     lines = [f"{width} x {height} texels of {count} material{'s' * (count > 1)}, {len(photographs)} photographs, of "
              f"which {maps.used.mean():.1f} tell of a texel in the mean",
              f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
              f"more than {UNSURE:.0%} of the largest"]
     bright = too_bright(reflected(maps), albedo)
     doubts = [*bright]
-    if missed is not None:
-        told = prediction_message(photographs[len(photographs) // 2].name, missed)
+    if told is not None:
         lines.append(told.words)
         if told.is_bad:
             doubts.append(told.words)

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, RealArray
-from .ball import STEEPEST, saturated
-from .light import Light
-from .photograph import Photograph
+from .pictures.light import Light
+from .scene.photograph import STEEPEST, Photograph, is_saturated
 
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
 _EXACT = 1e-9               # of a pixel: a step at which it ends
@@ -40,8 +39,8 @@ class FlatPhotograph(Photograph):
     @cached_property
     def counts(self) -> BoolArray:
         """Which pixels count and are not saturated: (height, width)."""
-        spent = saturated(self.radiance.reshape(-1, self.radiance.shape[2])).reshape(self.radiance.shape[:2])
-        return ~spent if self.mask is None else self.mask & ~spent
+        good = ~is_saturated(self.radiance)
+        return good if self.mask is None else self.mask & good
 
     def of_texels(self, points: FloatArray, count: int) -> "FlatPhotograph":
         """The same with a pixel for each texel, the mean of its pixels: `points` (h + 1, w + 1, 3) are the corners of
@@ -65,24 +64,18 @@ class FlatPhotograph(Photograph):
 class ShadingGeometry(NamedTuple):
     """How n points look at p cameras and lamps."""
 
-    light: FloatArray
-    """Unit vectors to the lamps: (n, p, 3)."""
-    view: FloatArray
-    """And to the cameras."""
-    brought: FloatArray
-    """I / d^2: (n, p, channels)."""
+    light: FloatArray       # unit vectors to the lamps: (n, p, 3)
+    view: FloatArray        # and to the cameras
+    brought: FloatArray     # I / d^2: (n, p, channels)
 
 
 class Observed(NamedTuple):
     """What n points show in p photographs."""
 
     lit: ShadingGeometry
-    radiance: FloatArray
-    """(n, p, channels)."""
-    noise: FloatArray
-    """Its standard deviation, by the photographs' noise or a floor."""
-    good: BoolArray
-    """Where it counts: (n, p)."""
+    radiance: FloatArray    # (n, p, channels)
+    noise: FloatArray       # its standard deviation, by the photographs' noise or a floor
+    good: BoolArray         # where it counts: (n, p)
 
     def some(self, which: IntArray) -> "Observed":
         """Those of some points, by their numbers."""
@@ -154,21 +147,12 @@ def texel_means(light: Light, places: FloatArray, count: int) -> Light:
 
 
 def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
-    """Where directions are in a picture: row and column, the first pixel's centre being 0, 0; by Newton's method.
-
-    Parameters
-    ----------
-    rays : (height, width, 3)
-    toward : (n, 3)
-
-    Returns
-    -------
-    (n, 2) float64
-        Outside the picture somewhere outside it.
+    """Where directions (n, 3) are in a picture of rays (height, width, 3): rows and columns (n, 2), the first pixel's
+    centre being 0, 0, and outside the picture somewhere outside it; by Newton's method.
 
     Examples
     --------
-    >>> from .camera import rays
+    >>> from .scene.camera import rays
     >>> picture = rays(20, 30, 1.0)
     >>> pixel_of(picture, picture[[3, 19], [7, 29]]).round(9).tolist()
     [[3.0, 7.0], [19.0, 29.0]]

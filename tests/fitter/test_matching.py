@@ -127,7 +127,7 @@ def test_none_is_near_to_what_no_material_is_like(picture, random):
 def test_real_balls_have_an_outline(openimageio, name):
     """Cropped by their masks; the chrome ball under the lamp that it shows best."""
     from fitter.library.matching import _has_outline
-    from fitter.photographs.picture_files import read_picture
+    from fitter.photographs.pictures.picture_files import read_picture
 
     folder = measurements() / "photographs" / "gray_ball"
     if not folder.is_dir():

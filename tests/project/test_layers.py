@@ -88,7 +88,7 @@ NO_NUMBERS = "fitter/errors.py", "fitter/storage/files.py", "fitter/storage/npz.
 @pytest.mark.parametrize(("first", "known", "least"), [
     (("fitter/methods", "fitter/cycles"), BAKED, 30),
     (("fitter/photographs/flat.py",), ENTRIES["flat"].measured, 15),
-    (("fitter/photographs/samples.py", "fitter/photographs/setup.py"), ENTRIES["photographs"].measured, 15),
+    (("fitter/photographs/ball/measuring.py",), ENTRIES["photographs"].measured, 15),
 ])
 def test_what_evidence_and_kept_fits_depend_on_is_all_that_makes_their_numbers(first, known, least):
     files = [path.relative_to(ROOT).as_posix() for name in first

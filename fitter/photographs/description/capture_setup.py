@@ -98,32 +98,32 @@ def _place_or(word: str) -> Kind:
     return Kind(f'3 numbers, or "{word}"', lambda value, _: word if value == word else _numbers(value, 3))
 
 
-BALL, SAMPLE = "ball", "sample"     # whose descriptions alone have a key
-TEXT = Kind("a text", lambda value, _: printable(_text(value)))
-POSITIVE = Kind(f"a number of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, least=LEAST))
-PLACE = Kind("3 numbers", lambda value, _: _numbers(value, 3))
-DIRECTION = Kind("a vector toward it, 3 numbers", lambda value, _: _unit_vector(value))
-REGION = Kind("4 numbers", lambda value, _: _numbers(value, 4))
-MATRIX = Kind("three rows of three numbers", lambda value, _: _numbers(value, 3, 3))
-CORNERS = Kind("four places of two numbers, pixels from the left and the top", lambda value, _: _numbers(value, 4, 2))
-OUTLINE = Kind("three places of two numbers or more, pixels from the left and the top",
+_BALL, _SAMPLE = "ball", "sample"     # whose descriptions alone have a key
+_TEXT = Kind("a text", lambda value, _: printable(_text(value)))
+_POSITIVE = Kind(f"a number of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, least=LEAST))
+_PLACE = Kind("3 numbers", lambda value, _: _numbers(value, 3))
+_DIRECTION = Kind("a vector toward it, 3 numbers", lambda value, _: _unit_vector(value))
+_REGION = Kind("4 numbers", lambda value, _: _numbers(value, 4))
+_MATRIX = Kind("three rows of three numbers", lambda value, _: _numbers(value, 3, 3))
+_CORNERS = Kind("four places of two numbers, pixels from the left and the top", lambda value, _: _numbers(value, 4, 2))
+_OUTLINE = Kind("three places of two numbers or more, pixels from the left and the top",
                lambda value, _: _numbers(value, 0, 2))
-VALUES = Kind("a number above 0, or one for each channel", lambda value, _: np.array(
+_VALUES = Kind("a number above 0, or one for each channel", lambda value, _: np.array(
     _numbers(value, *[0] * isinstance(value, list | tuple), least=LEAST)))
-EXPOSURES = Kind(f"numbers of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, 0, least=LEAST))
-BRIGHTNESS = Kind('"found", or a number above 0 for each photograph',
+_EXPOSURES = Kind(f"numbers of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, 0, least=LEAST))
+_BRIGHTNESS = Kind('"found", or a number above 0 for each photograph',
                   lambda value, _: value if value == "found" else _numbers(value, 0, least=LEAST))
-ALBEDO = Kind("more than 0 and at most 1, of what reflects no more than it gets",
+_ALBEDO = Kind("more than 0 and at most 1, of what reflects no more than it gets",
               lambda value, _: _numbers(value, least=LEAST, most=1))
-ENCODING = Kind(" or ".join(ENCODINGS), lambda value, _: _text(value, *ENCODINGS))
-FILES = Kind("the name of a file, or a list of them", _files)
-MATERIALS = Kind(f"files, or a number of 1 to {MOST_MATERIALS}", lambda value, folder: int(
+_ENCODING = Kind(" or ".join(ENCODINGS), lambda value, _: _text(value, *ENCODINGS))
+_FILES = Kind("the name of a file, or a list of them", _files)
+_MATERIALS = Kind(f"files, or a number of 1 to {MOST_MATERIALS}", lambda value, folder: int(
     _numbers(value, least=1, most=MOST_MATERIALS)) if isinstance(value, int) else _files(value, folder))
-NAMES = Kind("names of photographs", lambda value, _: _texts(value))
+_NAMES = Kind("names of photographs", lambda value, _: _texts(value))
 
-Positive = Annotated[float | None, POSITIVE]
-Place = Annotated[FloatArray | None, PLACE]
-Files = Annotated[tuple[Path, ...] | None, FILES]
+Positive = Annotated[float | None, _POSITIVE]
+Place = Annotated[FloatArray | None, _PLACE]
+Files = Annotated[tuple[Path, ...] | None, _FILES]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -151,10 +151,10 @@ class Lit(Section):
     """What is in a picture under one lamp."""
 
     lamp: Place = None              # (3,)
-    direction: Annotated[FloatArray | None, DIRECTION] = None       # or, of one far away, the unit vector toward it
-    exposures: Annotated[FloatArray | None, EXPOSURES] = None       # of each file; by default those of EXIF
+    direction: Annotated[FloatArray | None, _DIRECTION] = None       # or, of one far away, the unit vector toward it
+    exposures: Annotated[FloatArray | None, _EXPOSURES] = None       # of each file; by default those of EXIF
 
-    def _miscounted(self, files: tuple[Path, ...]) -> Iterator[str]:
+    def _check_count(self, files: tuple[Path, ...]) -> Iterator[str]:
         if self.exposures is not None and len(self.exposures) != len(files):
             yield self.complaint("exposures", f"{len(files)} numbers")
 
@@ -163,23 +163,23 @@ class Lit(Section):
 class Known(Lit):
     """A photograph of a card, or a ball, of known albedo."""
 
-    file: Annotated[tuple[Path, ...], FILES]
-    albedo: Annotated[FloatArray, VALUES]       # of all channels, or of each
+    file: Annotated[tuple[Path, ...], _FILES]
+    albedo: Annotated[FloatArray, _VALUES]       # of all channels, or of each
     normal: Place = None            # where a card faces; of one in a flat sample's plane [0, 0, 1]
-    region: Annotated[FloatArray | None, REGION] = None     # that a card fills: left, top, right and bottom
+    region: Annotated[FloatArray | None, _REGION] = None     # that a card fills: left, top, right and bottom
 
     def contradictions(self) -> Iterator[str]:
         """Of lamp and direction it has one."""
         if (self.lamp is None) == (self.direction is None):
             yield self.complaint("lamp", "a position, or instead of it a direction")
-        yield from self._miscounted(self.file)
+        yield from self._check_count(self.file)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot(Lit):
     """A photograph under one lamp: exposures of it."""
 
-    files: Annotated[tuple[Path, ...], FILES]
+    files: Annotated[tuple[Path, ...], _FILES]
     chrome: Files = None            # picture of a chrome ball under the same lamp, in the place of `lamp`, `direction`
     distance: Positive = None       # of a lamp from the middle of what is measured
 
@@ -190,7 +190,7 @@ class Shot(Lit):
 
     def contradictions(self) -> Iterator[str]:
         """There are as many exposures as files."""
-        yield from self._miscounted(self.files)
+        yield from self._check_count(self.files)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -199,14 +199,14 @@ class CameraSetup(Section):
 
     # (3,), or where nobody knows how far it is: straight above a sample. By default where a sample's corners say
     position: Annotated[FloatArray | Literal["far"] | None, _place_or("far")] = None
-    look_at: Annotated[Place, BALL] = None          # by default the ball's centre, or where that is found, the origin
-    direction: Annotated[Place, BALL] = None        # of one that is far: from the ball toward it, by default [0, 0, 1]
-    up: Annotated[Place, BALL] = None               # by default [0, 0, 1], and of one that is far [0, 1, 0]
+    look_at: Annotated[Place, _BALL] = None         # by default the ball's centre, or where that is found 0
+    direction: Annotated[Place, _BALL] = None        # of one that is far: from the ball toward it, by default [0, 0, 1]
+    up: Annotated[Place, _BALL] = None              # by default [0, 0, 1], and of one that is far [0, 1, 0]
     field_of_view: Positive = None                  # of the width; or these two; or what EXIF says
     focal_length: Positive = None                   # mm
     sensor_width: Positive = None                   # mm
-    matrix: Annotated[FloatArray | None, MATRIX] = None     # to linear Rec.709; by default by the files' chromaticities
-    encoding: Annotated[str | None, ENCODING] = None        # of pixels, whatever the files say
+    matrix: Annotated[FloatArray | None, _MATRIX] = None    # to linear Rec.709; by default by the files' chromaticities
+    encoding: Annotated[str | None, _ENCODING] = None        # of pixels, whatever the files say
 
     @property
     def is_far(self) -> bool:
@@ -246,31 +246,31 @@ class BallSetup(Section):
 class SampleSetup(Section):
     """A flat sample."""
 
-    width: Annotated[float, POSITIVE]
-    height: Annotated[float, POSITIVE]
-    corners: Annotated[FloatArray | None, CORNERS] = None   # bottom left, bottom right, top right, top left of the maps
+    width: Annotated[float, _POSITIVE]
+    height: Annotated[float, _POSITIVE]
+    corners: Annotated[FloatArray | None, _CORNERS] = None  # bottom left, bottom right, top right, top left of the maps
     mask: Files = None                                      # white where it is: a coin or a leaf is no rectangle
-    outline: Annotated[FloatArray | None, OUTLINE] = None   # or the outline of that, (n, 2)
+    outline: Annotated[FloatArray | None, _OUTLINE] = None   # or the outline of that, (n, 2)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LampSetup(Section):
     """What all lamps share."""
 
-    radius: Annotated[float, POSITIVE, BALL] = 0.0      # of lamps that are balls
+    radius: Annotated[float, _POSITIVE, _BALL] = 0.0      # of lamps that are balls
     positions: Files = None         # of light positions, in the place of those of the photographs, or of all of them
     distance: Positive = None       # of lamps whose directions `positions` or a chrome ball say, from what is measured
     dark: Files = None              # a photograph with the lamp off
     flat: Files = None              # and one of an evenly bright surface
-    ball: Annotated[Place, SAMPLE] = None       # where a chrome ball stood, whose highlights say the directions
+    ball: Annotated[Place, _SAMPLE] = None       # where a chrome ball stood, whose highlights say the directions
     # of the lamps beside each other; or it is found by the sample itself, in each colour
-    brightness: Annotated[FloatArray | Literal["found"] | None, BRIGHTNESS, SAMPLE] = None
+    brightness: Annotated[FloatArray | Literal["found"] | None, _BRIGHTNESS, _SAMPLE] = None
     exposures = None                # of `dark` and `flat`: those of EXIF
 
     def contradictions(self) -> Iterator[str]:
         """A chrome ball stood nearer than the lamps."""
         if self.ball is not None and self.distance is None:
-            yield self.complaint("distance", POSITIVE.expected)
+            yield self.complaint("distance", _POSITIVE.expected)
         elif self.ball is not None and self.distance is not None and not np.linalg.norm(self.ball) < self.distance:
             yield self.complaint("ball", "a place nearer to the sample's middle than the lamps, which are "
                                          f"{self.distance:g} m away")
@@ -281,10 +281,10 @@ class ScaleSetup(Section):
     """How bright the lamps are: one of four."""
 
     # W/sr in units of the pictures, in all channels or in each; of lamps far away as if these were 1 m away
-    intensity: Annotated[FloatArray | None, VALUES] = None
-    albedo: Annotated[float | None, ALBEDO] = None              # of what is measured: a guess
+    intensity: Annotated[FloatArray | None, _VALUES] = None
+    albedo: Annotated[float | None, _ALBEDO] = None              # of what is measured: a guess
     card: Annotated[Known | None, Known] = None                 # where the ball is, or in a sample's plane
-    ball: Annotated[Known | None, Known, BALL] = None           # a matte one in the place of the other
+    ball: Annotated[Known | None, Known, _BALL] = None           # a matte one in its place
 
     @property
     def ways(self) -> list[str]:
@@ -296,18 +296,18 @@ class ScaleSetup(Section):
 class CaptureSetup(Section):
     """How photographs of a ball, or of a flat sample, were taken. `path` is what errors name."""
 
-    name: Annotated[str | None, TEXT] = None
+    name: Annotated[str | None, _TEXT] = None
     camera: Annotated[CameraSetup, CameraSetup] = field(default_factory=CameraSetup)
-    ball: Annotated[BallSetup | None, BallSetup, BALL] = None
-    sample: Annotated[SampleSetup | None, SampleSetup, SAMPLE] = None
+    ball: Annotated[BallSetup | None, BallSetup, _BALL] = None
+    sample: Annotated[SampleSetup | None, SampleSetup, _SAMPLE] = None
     chrome: Annotated[BallSetup | None, BallSetup] = None   # in pictures of its own, or those of the sample themselves
     lamp: Annotated[LampSetup, LampSetup] = field(default_factory=LampSetup)
     scale: Annotated[ScaleSetup, ScaleSetup] = field(default_factory=ScaleSetup)
     photographs: Annotated[tuple[Shot, ...], Shot] = ()     # [[photograph]]
     # what a sample is made of: saved fits, or measurements; or how many these are; else that is found
-    materials: Annotated[int | tuple[Path, ...] | None, MATERIALS, SAMPLE] = None
-    leave_out: Annotated[tuple[str, ...], NAMES, SAMPLE] = ()   # files of photographs that do not count
-    texels: Annotated[Positive, SAMPLE] = None      # of the maps, along the width; by default as many as it has pixels
+    materials: Annotated[int | tuple[Path, ...] | None, _MATERIALS, _SAMPLE] = None
+    leave_out: Annotated[tuple[str, ...], _NAMES, _SAMPLE] = ()   # files of photographs that do not count
+    texels: Annotated[Positive, _SAMPLE] = None      # of the maps, along the width; by default as many as it has pixels
     notes: tuple[str, ...] = ()                     # what is to be said of how the photographs were found
 
     @property
@@ -347,8 +347,8 @@ class CaptureSetup(Section):
                                                 for each in self.photographs)
         for section, key, expected in ((self.camera, "position", '3 numbers, or "far"'),
                                        (self.ball, "centre", '3 numbers, or "outline"'),
-                                       (self.ball if is_near else None, "radius", POSITIVE.expected),
-                                       (self.scale.card, "normal", PLACE.expected)):
+                                       (self.ball if is_near else None, "radius", _POSITIVE.expected),
+                                       (self.scale.card, "normal", _PLACE.expected)):
             if section is not None and getattr(section, key) is None:
                 yield section.complaint(key, expected)
 

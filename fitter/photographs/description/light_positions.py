@@ -31,10 +31,8 @@ _LEAST, _MOST = 0.5, 2.0    # length of what is a unit vector that was rounded o
 class LightPositions(NamedTuple):
     """The lights of photographs."""
 
-    names: tuple[str, ...]
-    """Of the files, as they are written; empty where they are not."""
-    directions: FloatArray
-    """Unit vectors toward the lights, in the camera's axes, 0 where one was not found: (n, 3)."""
+    names: tuple[str, ...]  # of the files, as they are written; empty where they are not
+    directions: FloatArray  # unit vectors toward the lights, in the camera's axes, 0 where one was not found: (n, 3)
 
 
 def read(path: str | Path) -> LightPositions:

@@ -178,7 +178,7 @@ def _photographs_for(found: light_positions.LightPositions, folder: Path) -> tup
     pictures = pictures_in(folder)
     if not are_named:
         # what relight has made is in a folder beside the photographs, or within theirs, and the ball's picture in that
-        beside = [each for place in (folder, folder.parent) for each in _by_suffix(pictures_in(place))]
+        beside = [each for place in (folder, folder.parent) for each in _group_by_suffix(pictures_in(place))]
         pictures = next((each for each in beside if len(each) == len(found.names)), ())
         files = [folder / "photograph"] * len(found.names)
     if len(pictures) != len(found.names):
@@ -188,7 +188,7 @@ def _photographs_for(found: light_positions.LightPositions, folder: Path) -> tup
     return list(pictures), not are_named
 
 
-def _by_suffix(pictures: tuple[Path, ...]) -> list[tuple[Path, ...]]:
+def _group_by_suffix(pictures: tuple[Path, ...]) -> list[tuple[Path, ...]]:
     """Pictures, and those of each kind of file."""
     kinds = dict.fromkeys(each.suffix for each in pictures)
     return [pictures, *(tuple(each for each in pictures if each.suffix == kind) for kind in kinds)]

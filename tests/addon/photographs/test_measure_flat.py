@@ -283,7 +283,7 @@ def compared_at_once(extension, monkeypatch):
 
     grey = np.full((4, 4, 3), 0.5)
     monkeypatch.setattr(operators, "Command", lambda *_: SimpleNamespace(run=lambda: None))
-    monkeypatch.setattr(comparison, "compared", lambda _: comparison.Compared(grey, 0.9 * grey, grey[..., 0] > 0))
+    monkeypatch.setattr(comparison, "read_answer", lambda _: comparison.Compared(grey, 0.9 * grey, grey[..., 0] > 0))
 
 
 @pytest.mark.parametrize("step", quick([1, 5], 5))

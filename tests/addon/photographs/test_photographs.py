@@ -12,7 +12,7 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 import fitter
-from fitter.photographs import setup
+from fitter.photographs.ball import measuring
 from fitter.photographs.description import parsing
 from support import ball_files, ball_scene, stage
 from support.blend_state import state, whole_state
@@ -40,7 +40,7 @@ def written(openimageio, scenes, tmp_path_factory):
 def few_samples(extension, monkeypatch):
     """The place of the next lamp is found by few samples: `tests/fitter/photographs` has it in earnest."""
     for name in ("_SAMPLES", "_JUDGED"):
-        monkeypatch.setattr(extension.fitter.photographs.ball_advice, name, 200)
+        monkeypatch.setattr(extension.fitter.photographs.ball.advice, name, 200)
 
 
 @pytest.fixture
@@ -112,8 +112,8 @@ def test_a_description_becomes_a_scene_that_shows_what_was_photographed(opened, 
 
 def test_the_scene_is_described_as_the_file_is(opened, written, made):
     """In the single precision that Blender's objects have; the ball's centre is that of the outline."""
-    told, described = tomllib.loads(written.read_text("utf-8")), made.description_of(bpy.context.scene)
-    place = made.description_of(bpy.context.scene)["ball"].pop("centre")
+    told, described = tomllib.loads(written.read_text("utf-8")), made.describe_scene(bpy.context.scene)
+    place = made.describe_scene(bpy.context.scene)["ball"].pop("centre")
     told["ball"]["centre"] = place
     for each in told["photograph"]:
         each["files"] = [str(written.parent / name) for name in each["files"]]
@@ -151,7 +151,7 @@ def test_each_scale_and_all_files_are_kept(blender, written, tmp_path, scenes, m
         ball_files.write_picture(tmp_path / f"{name}.exr", np.full((SIZE, SIZE, 3), 0.9 * (name != "dark")))
     (tmp_path / "setup.toml").write_text(text)
     bpy.ops.measured_brdf.measure_photographs(filepath=str(tmp_path / "setup.toml"))
-    kept = made.description_of(bpy.context.scene)
+    kept = made.describe_scene(bpy.context.scene)
     if "ball" in found:
         found = {"ball": {**found["ball"], "file": str(tmp_path / "card.exr")}}
     assert rounded(kept["scale"]) == found
@@ -177,7 +177,7 @@ def test_measuring_makes_the_material_of_the_ball(opened, written):
     assert bpy.ops.measured_brdf.measure_ball() == {"FINISHED"}
     material = opened.ball.active_material
     assert material.measured_brdf.filepath == opened.samples
-    samples, expected = fitter.load(opened.samples), setup.measured(parsing.read(written)).samples
+    samples, expected = fitter.load(opened.samples), measuring.measure_ball(parsing.read(written)).samples
     assert abs(len(samples) - len(expected)) < 0.01 * len(expected)
     values = measured_fit(material).evaluate(*pairs())
     off = np.abs(values / ball_scene.satin().evaluate(*pairs()) - 1)
@@ -265,7 +265,7 @@ def test_how_far_a_render_is_from_its_photograph_is_judged(opened, difference, w
     from measured_brdf.addon.photographs import settings
 
     opened.photographs[0].difference = difference
-    judged = settings.judged(opened.photographs[0].name, opened.photographs[0].difference)
+    judged = settings.judge_render(opened.photographs[0].name, opened.photographs[0].difference)
     assert judged.words.endswith(f"the render differs by {words}")
     assert judged.is_bad is (icon == "ERROR")
 
@@ -288,7 +288,7 @@ def chosen(blender, written, tmp_path):
     """Pictures that were chosen in the file browser, without a description."""
     for shot in ("2", "10", "1"):
         for seconds in (0.5, 2.0):
-            source = fitter.photographs.picture_files.read_picture(written.parent / "lamp1.exr").pixels
+            source = fitter.photographs.pictures.picture_files.read_picture(written.parent / "lamp1.exr").pixels
             ball_files.write_picture(tmp_path / f"ball{shot}_{seconds}.exr", source * seconds, ExposureTime=seconds,
                                      Exif__FocalLength=105.0, Exif__FocalLengthIn35mmFilm=210)
     return sorted(tmp_path.glob("*.exr"))
@@ -352,7 +352,7 @@ def test_the_lamp_of_the_active_photograph_is_shown(opened):
     opened.photographs[1].lamp.location.x += 0.25       # it is hidden, and its place counts all the same
     from measured_brdf.addon.photographs import stage as made
 
-    moved = made.description_of(bpy.context.scene)["photograph"][1]["lamp"]
+    moved = made.describe_scene(bpy.context.scene)["photograph"][1]["lamp"]
     assert moved == pytest.approx(opened.photographs[1].lamp.location[:])
 
 
@@ -444,7 +444,7 @@ def test_a_description_that_is_wrong_makes_no_scene(blender, written, tmp_path):
 def test_what_is_deleted_while_it_is_measured_is_not_missed(opened, monkeypatch, removed):
     from measured_brdf.addon.photographs import work
 
-    measured = work.measured
+    measured = work.measure_ball
 
     def meanwhile(*arguments, **options):
         result = measured(*arguments, **options)
@@ -454,7 +454,7 @@ def test_what_is_deleted_while_it_is_measured_is_not_missed(opened, monkeypatch,
             bpy.data.scenes.remove(bpy.context.scene)
         return result
 
-    monkeypatch.setattr(work, "measured", meanwhile)
+    monkeypatch.setattr(work, "measure_ball", meanwhile)
     before = sorted(item.name for item in bpy.data.materials)
     with pytest.raises(RuntimeError, match="The scene of the photographs has been removed meanwhile"):
         bpy.ops.measured_brdf.measure_ball()
@@ -476,7 +476,7 @@ def once(monkeypatch):
             return known[key]
         return remembered
 
-    for name in ("find_description", "outline", "measured"):
+    for name in ("find_description", "find_outline", "measure_ball"):
         monkeypatch.setattr(work, name, remembering(getattr(work, name)))
 
 

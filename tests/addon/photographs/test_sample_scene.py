@@ -173,7 +173,7 @@ def test_corners_and_masks_are_drawn_in_the_image_editor(opened, made):
     places = np.array(flat_files.corners())
     opened.drawn_corners = draw_mask("corners", (places + [3, -2])[[2, 0, 1, 3]])
     opened.drawn_outline = draw_mask("triangle", [[10, 10], [90, 10], [50, 80]])
-    described = made.description_of(bpy.context.scene)["sample"]
+    described = made.describe_scene(bpy.context.scene)["sample"]
     np.testing.assert_allclose(described["corners"], places + [3, -2], atol=1e-3)
     x, y = np.transpose(described["outline"])
     assert (x.min(), x.max(), y.min(), y.max()) == pytest.approx((10, 90, 10, 80), abs=0.5)
@@ -191,12 +191,12 @@ def test_what_a_description_says_of_outline_and_brightness_is_in_the_scene(blend
     path.write_text(written.read_text("utf-8").replace("[sample]", f"[lamp]\nbrightness = {numbers}\n[sample]\n"
                                                                    f"outline = {places}"), "utf-8")
     settings = open_scene(path)
-    described = made.description_of(bpy.context.scene)
+    described = made.describe_scene(bpy.context.scene)
     assert described["lamp"]["brightness"] == pytest.approx(numbers)
     x, y = np.transpose(described["sample"]["outline"])
     assert (x.min(), x.max(), y.min(), y.max()) == pytest.approx((10, 90, 10, 80), abs=1e-4)
     settings.photographs[2].used = False
-    assert made.description_of(bpy.context.scene)["lamp"]["brightness"] == pytest.approx(numbers[:2] + numbers[3:])
+    assert made.describe_scene(bpy.context.scene)["lamp"]["brightness"] == pytest.approx(numbers[:2] + numbers[3:])
     path.write_text(path.read_text("utf-8").replace(str(numbers), str(numbers[:4])), "utf-8")
     with pytest.raises(RuntimeError, match=r"lamp.brightness is .*, expected 10 numbers"):
         open_scene(path)
@@ -223,7 +223,7 @@ def test_what_the_panel_says_otherwise_is_said_by_the_fitter(extension):
 
     sources = re.sub(r'"\n\s*f?"', "", "".join(path.read_text("utf-8") for path in (
         ROOT / "fitter" / "photographs").rglob("*.py")))        # texts go on in the next line
-    assert "set Values to Linear" in work.in_panel(fitter.photographs.picture_files.BENT)
+    assert "set Values to Linear" in work.translate_keys(fitter.photographs.pictures.picture_files.BENT)
     for key in work._IN_PANEL:
         parts = key.split(".") if key.startswith(("camera", "sample", "scale", "chrome")) else [key.replace('"', '\\"')]
         assert all(part in sources for part in parts), key
@@ -242,3 +242,17 @@ def test_the_panel_of_a_sample_has_its_fields(opened):
     assert "corners" not in draw(panel.MEASUREDBRDF_PT_photographs_sample).fields
     opened.first = stage.material_for(fitter.fit(fitter.load_published("pvc"), **fitter.PRESETS["Draft"]))
     assert "second" in draw(panel.MEASUREDBRDF_PT_photographs_sample).fields
+
+
+def test_photographs_are_measured_in_the_colours_of_the_open_file(extension, random):
+    """What they show under a white lamp, pixel by pixel; what does not count still does not."""
+    fitter, work = extension.fitter, extension.addon.photographs.work
+    shown, mask = random.uniform(0.1, 1, (4, 5, 3)), random.random((4, 5)) < 0.7
+    shot = fitter.FlatPhotograph(shown, flat_scene.rays((4, 5)), flat_scene.CAMERA, LAMPS[0], flat_scene.INTENSITY,
+                                 0.01 * shown, mask)
+    found, matrix = work._convert_colours(shot, "Rec.2020"), fitter.colours.conversion("Rec.709", "Rec.2020")
+    np.testing.assert_array_equal(found.mask, mask)
+    white = shown[2, 3] / flat_scene.INTENSITY
+    np.testing.assert_allclose(found.radiance[2, 3], [sum(row * white) for row in matrix])
+    np.testing.assert_allclose(found.noise[2, 3], [0.01 * np.hypot.reduce(row * white) for row in matrix])
+    assert found.intensity.tolist() == [1, 1, 1]

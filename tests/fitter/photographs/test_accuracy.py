@@ -5,7 +5,7 @@ import pytest
 
 import fitter
 from benchmarks import photographs as bench
-from fitter.photographs.coverage import are_covered
+from fitter.photographs.ball.coverage import are_covered
 from support import ball_scene
 from support.cases import quick, release
 from support.checkout import measurements

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import camera
-from fitter.photographs.ball import STEEPEST, measured, visible_pixels
+from fitter.photographs.ball.photograph import measure_pixels, visible_pixels
+from fitter.photographs.scene import camera
+from fitter.photographs.scene.photograph import STEEPEST
 from support import ball_scene
 
 SMALL = {"size": (60, 60)}
@@ -30,7 +31,7 @@ def satin():
 def test_each_pixel_has_the_reflectance_of_its_directions(satin, settings):
     """With perspective, a near lamp, a lamp of known size, and a ball beside the middle of the picture."""
     scene = ball_scene.at_phase(55, 30, **{**SMALL, **settings})
-    pixels = measured(photographed(scene, satin))
+    pixels = measure_pixels(photographed(scene, satin))
     truth = satin.evaluate(*pixels.seen.directions)
     assert len(truth) > 500
     np.testing.assert_allclose(pixels.reflectance, truth, rtol=0.03)
@@ -39,7 +40,7 @@ def test_each_pixel_has_the_reflectance_of_its_directions(satin, settings):
 
 def test_directions_are_those_of_vectors_worked_out_by_hand():
     """The ball's nearest point to the camera has its normal, and the lamp stands 60 degrees to the right of it."""
-    rays = camera.rays(41, 41, np.radians(6), camera.looking((0, -1, 0), (0, 0, 0)))
+    rays = camera.rays(41, 41, np.radians(6), [[1, 0, 0], [0, 0, -1], [0, 1, 0]])
     lamp = np.array([0, -0.05, 0]) + 0.5 * np.array([np.sin(np.pi / 3), -np.cos(np.pi / 3), 0])
     pixels = 1 + 1e-6 * np.random.default_rng(0).standard_normal((41, 41, 1))       # equal ones would be saturated
     shot = fitter.BallPhotograph(pixels, rays, (0, -1, 0), (0, 0, 0), 0.05, lamp, (2.0,))
@@ -49,7 +50,8 @@ def test_directions_are_those_of_vectors_worked_out_by_hand():
     assert (theta_i, theta_o) == (pytest.approx(np.pi / 3, abs=1e-9), pytest.approx(0, abs=1e-7))
     assert found.irradiance[middle] == pytest.approx(0.5 / 0.25)
     # f = L d^2 / (I cos theta)
-    assert measured(replace(shot, noise=np.zeros((41, 41, 1)))).reflectance[middle, 0] == pytest.approx(1 / (2 * 2))
+    exact = measure_pixels(replace(shot, noise=np.zeros((41, 41, 1))))
+    assert exact.reflectance[middle, 0] == pytest.approx(1 / (2 * 2))
 
 
 def test_grazing_pixels_and_those_at_the_outline_are_left_out(satin):
@@ -67,9 +69,9 @@ def test_grazing_pixels_and_those_at_the_outline_are_left_out(satin):
 def test_saturated_dark_and_masked_pixels_are_left_out(satin):
     scene = ball_scene.at_phase(50, 0, **SMALL)
     shot = photographed(scene, satin)
-    whole = len(measured(shot).reflectance)
+    whole = len(measure_pixels(shot).reflectance)
     white = np.quantile(shot.radiance[shot.radiance > 0], 0.95)
-    clipped = measured(replace(shot, radiance=np.minimum(shot.radiance, white)))
+    clipped = measure_pixels(replace(shot, radiance=np.minimum(shot.radiance, white)))
     assert clipped.left_out == whole - len(clipped.reflectance) > 50
     lit = np.zeros(len(shot.radiance.reshape(-1, 3)), bool)
     lit[clipped.seen.pixel] = True
@@ -78,23 +80,23 @@ def test_saturated_dark_and_masked_pixels_are_left_out(satin):
     covered[20:40, 30:34] = 0              # something that is dark before the ball
     inside = np.zeros((60, 60), bool)
     inside[21:39, 31:33] = True
-    assert not inside.ravel()[measured(replace(shot, radiance=covered)).seen.pixel].any()
+    assert not inside.ravel()[measure_pixels(replace(shot, radiance=covered)).seen.pixel].any()
     mask = np.ones((60, 60), bool)
     mask[:, :30] = False
-    assert (measured(replace(shot, mask=mask)).seen.pixel % 60 >= 30).all()
+    assert (measure_pixels(replace(shot, mask=mask)).seen.pixel % 60 >= 30).all()
 
 
 def test_the_noise_that_is_estimated_is_that_of_the_pixels():
     scene = ball_scene.at_phase(20, 0, size=(120, 120))
     for noise in (0.01, 0.05):
-        pixels = measured(photographed(scene, ball_scene.matte(), noise=noise))
+        pixels = measure_pixels(photographed(scene, ball_scene.matte(), noise=noise))
         upright = (pixels.seen.directions[0] < 0.3) & (pixels.seen.directions[2] < 0.3)
         # over three channels, of which each has it
         assert np.median(pixels.deviation[upright]) == pytest.approx(noise, rel=0.35)
 
 
 def test_grazing_light_counts_less(satin):
-    pixels = measured(photographed(ball_scene.at_phase(40, 0, **SMALL), satin))
+    pixels = measure_pixels(photographed(ball_scene.at_phase(40, 0, **SMALL), satin))
     steep = pixels.seen.directions[0] > np.radians(70)
     assert np.median(pixels.deviation[steep]) > 3 * np.median(pixels.deviation[~steep])
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitter.photographs import samples
-from fitter.photographs.binning import binned
+from fitter.photographs.ball import samples
+from fitter.photographs.ball.binning import bin_samples
 from support import ball_scene
 from tests.fitter.photographs.test_ball import photographed
 
@@ -33,7 +33,7 @@ def test_means_are_those_of_the_reflectance_however_noisy_the_pixels_are(slices,
     truth, random = make(), np.random.default_rng(5)
     values = truth.evaluate(*slices)
     noisy = values * (1 + 0.2 * random.standard_normal(values.shape))
-    cells = binned(slices, noisy, np.full(len(values), 0.2), 5000)
+    cells = bin_samples(slices, noisy, np.full(len(values), 0.2), 5000)
     assert 3000 < len(cells.values) <= 5000
     exact = truth.evaluate(*cells.directions)
     off = (cells.values / exact - 1).mean(axis=1)
@@ -46,7 +46,8 @@ def test_means_are_those_of_the_reflectance_however_noisy_the_pixels_are(slices,
 def test_the_deviation_is_that_of_the_means(slices):
     truth, random = ball_scene.matte(), np.random.default_rng(6)
     values = truth.evaluate(*slices)[:, :1]
-    cells = binned(slices, values * (1 + 0.2 * random.standard_normal(values.shape)), np.full(len(values), 0.2), 20_000)
+    cells = bin_samples(slices, values * (1 + 0.2 * random.standard_normal(values.shape)), np.full(len(values), 0.2),
+                        20_000)
     off = (cells.values / truth.evaluate(*cells.directions)[:, :1] - 1)[:, 0] / cells.deviation
     assert np.sqrt(np.mean(off ** 2)) == pytest.approx(1, abs=0.15)
 
@@ -55,7 +56,7 @@ def test_directions_that_scatter_more_than_their_pixels_say_count_less():
     directions = tuple(np.repeat([[a, b]], 50, axis=0).T.ravel() for a, b in ((0.3, 0.9), (0, 0), (0.4, 0.8), (2, 1)))
     values = np.ones((100, 1))
     values[:50] += 0.3 * np.random.default_rng(1).standard_normal((50, 1))
-    cells = binned(directions, values, np.full(100, 0.01), 10)
+    cells = bin_samples(directions, values, np.full(100, 0.01), 10)
     order = np.argsort(cells.directions[0])
     assert cells.deviation[order][0] > 10 * cells.deviation[order][1]
 

@@ -11,7 +11,7 @@ import fitter
 from fitter import cli
 from fitter.formats import saved_samples
 from fitter.photographs import flat_maps
-from fitter.photographs.picture_files import read_picture
+from fitter.photographs.pictures.picture_files import read_picture
 from support import anisotropic_instruments as instruments
 from support import flat_files, flat_scene
 from support.checkout import ROOT

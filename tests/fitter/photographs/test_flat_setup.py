@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import camera, flat_setup
-from fitter.photographs.description.capture_setup import CameraSetup, LampSetup, Shot
+from fitter.photographs.description.capture_setup import CaptureSetup, Shot
 from fitter.photographs.description.parsing import parse, read
 from fitter.photographs.flat import coarse, points_of
 from fitter.photographs.flat_photograph import observed, pixel_of
-from fitter.photographs.pictures import Pictures
+from fitter.photographs.flat_setup import order_corners, read_sample
+from fitter.photographs.pictures.reading import Pictures
+from fitter.photographs.scene import camera
 from support import ball_files, flat_files, flat_scene, wrong_values
 
 LAMPS = flat_scene.lamps(5)
@@ -20,7 +21,7 @@ PLACES = flat_files.corners()
 
 
 def flat(path):
-    return flat_setup.flat(read(path))
+    return read_sample(read(path))
 
 
 def lambertian(samples, albedo=0.3):
@@ -75,7 +76,7 @@ def test_the_camera_stands_where_the_corners_say(written):
 def test_corners_that_are_drawn_stand_for_those_of_the_description(order):
     """As shares of the longer side of 100 pixels, of 90 x 100, from the middle to the right and upward."""
     drawn = (PLACES - [50, 45]) * [0.01, -0.01]
-    np.testing.assert_allclose(flat_setup.corners_natural_order(drawn[order], flat_files.SIZE), PLACES, atol=1e-9)
+    np.testing.assert_allclose(order_corners(drawn[order], flat_files.SIZE), PLACES, atol=1e-9)
 
 
 def test_the_dark_beside_the_sample_is_not_in_its_edge(written):
@@ -160,7 +161,7 @@ def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written):
     given["photograph"] = [{**each, "exposures": [1]} for each in given["photograph"][:2]]
     given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear", "position": flat_scene.CAMERA.tolist()}
 
-    said = wrong_values.refusals(lambda described: flat_setup.flat(parse(described, written)), given)
+    said = wrong_values.refusals(lambda described: read_sample(parse(described, written)), given)
     assert len(said) > 200
     assert all(str(written.parent) in text for _, text in said), said
 
@@ -305,7 +306,7 @@ def test_a_texel_is_the_mean_of_its_pixels(openimageio, random, tmp_path, is_rea
 
 def test_no_pixels_of_what_was_read_are_kept(written):
     """Nor by a view of none of them, which kept all in memory."""
-    pictures = Pictures(CameraSetup(), LampSetup())
+    pictures = Pictures(CaptureSetup())
     pictures.light(Shot(files=(written.with_name("lamp1.exr"),)), "files")
     said, = pictures.said.values()
     assert said.stored.size == 0

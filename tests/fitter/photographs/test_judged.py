@@ -5,7 +5,7 @@ import pytest
 
 import fitter
 from fitter import cli
-from fitter.photographs import ball_advice
+from fitter.photographs.ball import advice as ball_advice
 from support import ball_files, ball_scene, flat_files, flat_scene
 
 NAMES = [f"lamp{number}.exr" for number in range(1, 9)]

@@ -6,8 +6,8 @@ import pytest
 import fitter
 from fitter.colours import decode_srgb
 from fitter.imaging.pictures import srgb
-from fitter.photographs import light
-from fitter.photographs.light import Exposure, exposure_of, flattened, merged, subtract_dark
+from fitter.photographs.pictures import light
+from fitter.photographs.pictures.light import Exposure, camera_exposure, divide_flat, merge_exposures, subtract_dark
 
 
 def exposed(radiance, exposure, random):
@@ -20,27 +20,27 @@ def exposed(radiance, exposure, random):
 def test_exposures_are_merged_without_bias_and_with_the_noise_that_they_have():
     random = np.random.default_rng(1)
     radiance = np.repeat([0.002, 0.02, 0.2, 2.0], 5000).reshape(4, 5000, 1) * np.ones(3)
-    found = merged([exposed(radiance, exposure, random) for exposure in (0.25, 2.0, 16.0)])
+    found = merge_exposures([exposed(radiance, exposure, random) for exposure in (0.25, 2.0, 16.0)])
     assert found.known.all()
     scatter = (found.radiance - radiance) / found.noise
     assert np.abs(scatter.mean(axis=(1, 2))).max() < 0.03
     assert np.abs(scatter.std(axis=(1, 2)) - 1).max() < 0.03
     single = exposed(radiance, 0.25, random)
-    assert (found.noise[0] < 0.1 * merged([single]).noise[0]).all()
+    assert (found.noise[0] < 0.1 * merge_exposures([single]).noise[0]).all()
 
 
 def test_what_every_exposure_saturates_is_not_known():
     picture = np.full((1, 3, 3), 0.5)
     picture[0, 1, 2] = 0.97
-    assert merged([Exposure(picture, 1.0), Exposure(picture, 2.0)]).known.tolist() == [[True, False, True]]
+    assert merge_exposures([Exposure(picture, 1.0), Exposure(picture, 2.0)]).known.tolist() == [[True, False, True]]
 
 
 def test_the_room_is_subtracted_and_vignetting_divided():
     y, x = np.mgrid[-1:1:41j, -1:1:61j]
     falls = (1 / (1 + 0.3 * (x ** 2 + y ** 2)) ** 2)[..., None] * np.ones(3)
     truth = 0.1 + 0.05 * np.sin(5 * x)[..., None] * np.ones(3)
-    lit, dark = merged([Exposure((truth + 0.03) * falls)]), merged([Exposure(0.03 * falls)])
-    found = flattened(subtract_dark(lit, dark), merged([Exposure(0.7 * falls * [1, 0.9, 0.8])]))
+    lit, dark = merge_exposures([Exposure((truth + 0.03) * falls)]), merge_exposures([Exposure(0.03 * falls)])
+    found = divide_flat(subtract_dark(lit, dark), merge_exposures([Exposure(0.7 * falls * [1, 0.9, 0.8])]))
     np.testing.assert_allclose(found.radiance, truth, rtol=0.01)
     assert (found.noise > np.hypot(lit.noise, dark.noise)).mean() > 0.9
 
@@ -48,18 +48,18 @@ def test_the_room_is_subtracted_and_vignetting_divided():
 def test_srgb_and_exposures():
     np.testing.assert_allclose(srgb(decode_srgb(np.linspace(0, 1, 50))), np.linspace(0, 1, 50),
                                atol=1e-6)
-    assert exposure_of(0.1, 2.8, 200) == pytest.approx(0.1 / 7.84 * 2)
+    assert camera_exposure(0.1, 2.8, 200) == pytest.approx(0.1 / 7.84 * 2)
     with pytest.raises(fitter.DatasetError, match="0 s at f/1"):
-        exposure_of(0)
+        camera_exposure(0)
 
 
 def test_pictures_of_other_sizes_are_refused():
     small, large = Exposure(np.zeros((2, 2, 3))), Exposure(np.zeros((3, 2, 3)))
     with pytest.raises(fitter.DatasetError, match="several sizes"):
-        merged([small, large])
+        merge_exposures([small, large])
     with pytest.raises(fitter.DatasetError, match="lamp off has the size"):
-        subtract_dark(merged([small]), merged([large]))
+        subtract_dark(merge_exposures([small]), merge_exposures([large]))
     with pytest.raises(fitter.DatasetError, match="even surface has the size"):
-        flattened(merged([small]), merged([large]))
+        divide_flat(merge_exposures([small]), merge_exposures([large]))
     with pytest.raises(fitter.DatasetError, match="no exposures"):
-        merged([])
+        merge_exposures([])

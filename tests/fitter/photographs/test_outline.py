@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs.ball_finding import brightest, find_ball
-from fitter.photographs.ball_placing import check_outline, placed
+from fitter.photographs.ball.placing import check_outline, place_ball
+from fitter.photographs.scene.ball_finding import brightest, find_ball
 from support import ball_scene
 from tests.fitter.photographs.test_ball import photographed
 
@@ -80,8 +80,8 @@ def test_only_the_highlight_of_a_black_ball_need_be_seen():
 
 
 def test_a_ball_is_moved_to_its_outline(taken):
-    found = placed([moved(shot, 0.8, -0.7) for shot in taken])
+    found = place_ball([moved(shot, 0.8, -0.7) for shot in taken])
     for shot in found:
         assert np.linalg.norm((shot.centre - taken[0].centre)[[0, 2]]) < 0.1 * PIXEL
     # of one crescent too little is seen
-    assert placed([moved(taken[3], 0.8)])[0].centre[0] == pytest.approx(0.8 * PIXEL)
+    assert place_ball([moved(taken[3], 0.8)])[0].centre[0] == pytest.approx(0.8 * PIXEL)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import setup
+from fitter.photographs.ball import measuring
+from fitter.photographs.ball.samples import place_photographs
 from fitter.photographs.description import parsing
 from fitter.photographs.description.parsing import parse
-from fitter.photographs.samples import in_place
 from support.checkout import measurements
 
 FOLDER = measurements() / "photographs" / "gray_ball"
@@ -47,7 +47,7 @@ def test_a_real_ball_is_found_before_its_room_and_on_its_stand(described, mask):
     """With a mask of the ball, and without."""
     if mask is not None:
         described["ball"]["mask"] = str(FOLDER / mask)
-    shot = in_place(setup.photographed(parse(described, FOLDER / "none.toml")), "gray ball")[0]
+    shot = place_photographs(measuring.read_photographs(parse(described, FOLDER / "none.toml"))[0], "gray ball")[0]
     assert in_picture(shot) == pytest.approx(of_mask("gray.mask.png"), abs=1.0)
 
 
@@ -56,7 +56,7 @@ def test_the_lamps_of_real_photographs_are_where_the_chrome_ball_says(described)
     import OpenImageIO
 
     column, row, radius = of_mask("chrome.mask.png")
-    for shot, k in zip(setup.photographed(parse(described, FOLDER / "none.toml")), FEW, strict=True):
+    for shot, k in zip(measuring.read_photographs(parse(described, FOLDER / "none.toml"))[0], FEW, strict=True):
         picture = np.asarray(OpenImageIO.ImageBuf(str(FOLDER / f"chrome.{k}.png")).get_pixels(OpenImageIO.FLOAT))
         rows, columns = np.nonzero(picture.mean(axis=2) > 0.9)
         normal = np.array([columns.mean() + 0.5 - column, row - rows.mean() - 0.5, 0.0]) / radius
@@ -67,7 +67,7 @@ def test_the_lamps_of_real_photographs_are_where_the_chrome_ball_says(described)
 
 def test_one_note_for_all_files(described):
     del described["camera"]["encoding"]
-    notes = setup.measured(parse(described, FOLDER / "none.toml")).samples.notes
+    notes = measuring.measure_ball(parse(described, FOLDER / "none.toml")).samples.notes
     for text in ("8 bits", "sRGB, which was made linear"):
         note, = [note for note in notes if text in note]
         assert note.startswith("6 files, gray.0.png to chrome.10.png: ")
@@ -75,7 +75,7 @@ def test_one_note_for_all_files(described):
 
 def test_a_folder_with_light_positions_is_all_there_is_to_say(described, tmp_path):
     """The lamps are those that the chrome ball shows; the .lp file has them with decimal commas."""
-    shots = setup.photographed(parse(described, FOLDER / "none.toml"))
+    shots = measuring.read_photographs(parse(described, FOLDER / "none.toml"))[0]
     lines = [str(len(FEW))]
     for shot, k in zip(shots, FEW, strict=True):
         (tmp_path / f"gray.{k}.png").symlink_to(FOLDER / f"gray.{k}.png")
@@ -86,7 +86,7 @@ def test_a_folder_with_light_positions_is_all_there_is_to_say(described, tmp_pat
         found = parsing.read(path)
         found = replace(found, camera=replace(found.camera, encoding="linear"))
         assert found.title == tmp_path.name
-        for again, shot in zip(setup.photographed(found), shots, strict=True):
+        for again, shot in zip(measuring.read_photographs(found)[0], shots, strict=True):
             np.testing.assert_allclose(again.centre - again.camera, shot.centre - shot.camera, rtol=1e-9, atol=1e-9)
             np.testing.assert_allclose(again.lamp, shot.lamp, rtol=1e-5, atol=1e-3)
             np.testing.assert_array_equal(again.radiance, shot.radiance)
@@ -95,7 +95,7 @@ def test_a_folder_with_light_positions_is_all_there_is_to_say(described, tmp_pat
 def test_a_ball_that_is_elsewhere_is_told_in_pixels_and_sectors(described):
     described["camera"] |= {"position": [0, 0, 10], "up": [0, 1, 0], "field_of_view": 1.0}
     described["ball"] = {"centre": [0, 0, 0], "radius": 0.037}
-    shots = setup.photographed(parse(described, FOLDER / "none.toml"))
+    shots = measuring.read_photographs(parse(described, FOLDER / "none.toml"))[0]
     with pytest.raises(fitter.DatasetError, match=r"gray.0.png: .* of \d+ of its 48 sectors, .* \d+ have their edge "
                                                   r"within 2 pixels, .* \d+\.\d pixels off"):
         fitter.samples_from_ball(shots)

@@ -9,9 +9,11 @@ import pytest
 import fitter
 from benchmarks.harness.judging import directions
 from benchmarks.photographs import difference
-from fitter.photographs import ball_advice, coverage
-from fitter.photographs.chrome import lamp_of_highlight
-from fitter.photographs.scale import intensity_of_ball, intensity_of_card, reflected, scaled, too_bright
+from fitter.photographs.ball import advice as ball_advice
+from fitter.photographs.ball import coverage
+from fitter.photographs.ball.measuring import intensity_of_ball, reflected_light, scale_samples
+from fitter.photographs.scene.lamps import find_highlight
+from fitter.photographs.scene.scale import intensity_of_card, too_bright
 from fitter.quality.physics import direction_pairs
 from support import ball_scene
 from support.truths import Truth
@@ -40,8 +42,8 @@ def test_a_card_tells_it_too():
 def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a_guess():
     shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
     samples = fitter.samples_from_ball(shots)
-    np.testing.assert_allclose(reflected(samples), 0.8, rtol=0.01)
-    guessed = scaled(replace(samples, values=samples.values * 7), 0.4)
+    np.testing.assert_allclose(reflected_light(samples), 0.8, rtol=0.01)
+    guessed = scale_samples(replace(samples, values=samples.values * 7), 0.4)
     assert np.median(guessed.values) == pytest.approx(0.4 / np.pi, rel=0.01)
     assert guessed.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
 
@@ -51,7 +53,7 @@ def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a
 def test_a_lamp_that_makes_a_paint_reflect_more_than_arrives_is_told(times, note):
     shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
     shots = [replace(each, intensity=each.intensity / times) for each in shots]
-    assert re.fullmatch(note, "".join(too_bright(reflected(fitter.samples_from_ball(shots)))))
+    assert re.fullmatch(note, "".join(too_bright(reflected_light(fitter.samples_from_ball(shots)))))
 
 
 @pytest.mark.parametrize("albedo", [0.8, 0.9])
@@ -60,7 +62,7 @@ def test_an_albedo_that_no_paint_of_this_kind_can_have_is_told_and_the_largest_t
     degrees, where no more than all may leave."""
     paint = Truth("", "", lambda *at: np.repeat((np.cos(at[0]) + np.cos(at[2]))[:, None] / 4 / np.pi, 3, axis=1))
     shots = [photographed(scene, paint, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
-    notes = scaled(fitter.samples_from_ball(shots), albedo).notes
+    notes = scale_samples(fitter.samples_from_ball(shots), albedo).notes
     told = re.search(r"More light leaves than arrives, 1\.\d+ of it at 17 degrees: an albedo of (.*) is the largest",
                      notes[-1])
     assert (told is None) == (albedo == 0.8)
@@ -72,22 +74,22 @@ def test_a_chrome_ball_shows_where_the_lamp_is():
     for phase, turn in ((25, 0), (70, 130), (110, 250)):
         scene = ball_scene.at_phase(phase, turn)
         picture = np.minimum(ball_scene.photograph(chrome, scene, points=3), 5.0)
-        highlight = lamp_of_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
-        lamp = highlight.at(1.2)
+        highlight = find_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
+        lamp, _ = highlight.lamp(np.asarray(scene.centre), 1.2)
         angle = np.degrees(np.arccos(lamp @ scene.lamp / 1.2 ** 2))
         assert angle < 1.0
         with pytest.raises(fitter.DatasetError, match="more than its radius"):
-            highlight.at(0.04)
+            highlight.lamp(np.asarray(scene.centre), 0.04)
         # a grain of dust on the other side of the ball
         dusty, (row, column) = picture.copy(), np.argwhere(picture.max(axis=2) == picture.max())[0]
         dusty[picture.shape[0] - row, picture.shape[1] - column] = 0.6 * picture.max()
-        found = lamp_of_highlight(dusty, scene.rays(), scene.camera, scene.centre, scene.radius)
+        found = find_highlight(dusty, scene.rays(), scene.camera, scene.centre, scene.radius)
         np.testing.assert_allclose(found.direction, highlight.direction)
     both = picture + ball_scene.photograph(chrome, ball_scene.at_phase(30, 0))
     with pytest.raises(fitter.DatasetError, match="no highlight"):
-        lamp_of_highlight(0 * picture, scene.rays(), scene.camera, scene.centre, scene.radius)
+        find_highlight(0 * picture, scene.rays(), scene.camera, scene.centre, scene.radius)
     with pytest.raises(fitter.DatasetError, match="more than one highlight"):
-        lamp_of_highlight(np.minimum(both, 1e-3), scene.rays(), scene.camera, scene.centre, scene.radius)
+        find_highlight(np.minimum(both, 1e-3), scene.rays(), scene.camera, scene.centre, scene.radius)
 
 
 @pytest.fixture(scope="module")

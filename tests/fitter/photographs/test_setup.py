@@ -11,9 +11,11 @@ import pytest
 
 import fitter
 from fitter import cli
-from fitter.photographs import picture_files, setup
+from fitter.photographs.ball import measuring
+from fitter.photographs.capture import resolve
 from fitter.photographs.description import parsing
-from fitter.photographs.picture_files import read_picture
+from fitter.photographs.pictures import picture_files
+from fitter.photographs.pictures.picture_files import read_picture
 from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
 
@@ -22,7 +24,7 @@ SIZE = {"size": (80, 80)}
 
 def measure(path):
     """The samples of a description, light positions, or a folder with either."""
-    return setup.measured(parsing.read(path)).samples
+    return measuring.measure_ball(parsing.read(path)).samples
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +53,7 @@ def test_photographs_of_files_measure_the_material(written):
 @pytest.fixture
 def short_command(monkeypatch):
     """The command neither judges photographs nor advises, which takes fits."""
-    monkeypatch.setattr(cli, "left_out", lambda _: None)
-    monkeypatch.setattr(cli, "advice", lambda _: [])
+    monkeypatch.setattr(cli, "report_ball", lambda measured: (measured.samples.notes, measured.doubts))
 
 
 @pytest.mark.usefixtures("short_command")
@@ -328,8 +329,8 @@ def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, scen
     given["photograph"] = [shot if "lamp" in more else {**shot, "direction": [0.3, -0.9, 0.4]}]
     given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear"}
     given["ball"]["centre"] = [float(x) for x in scenes[0].centre]
-    setup.resolved(parsing.parse(given, written))
-    said = wrong_values.refusals(lambda described: setup.resolved(parsing.parse(described, written)), given)
+    resolve(parsing.parse(given, written))
+    said = wrong_values.refusals(lambda described: resolve(parsing.parse(described, written)), given)
     assert len(said) > 200
     assert all(str(written.parent) in text for _, text in said), said
 
@@ -375,7 +376,7 @@ def test_a_camera_of_unknown_distance(openimageio, tmp_path, lens):
     if lens:
         said = next(note for note in samples.notes if note.startswith("The camera is"))
         # 2 m for a radius of 0.05 m
-        assert float(said.split()[3]) == pytest.approx(setup.RADIUS * 40, rel=0.01)
+        assert float(said.split()[3]) == pytest.approx(measuring.RADIUS * 40, rel=0.01)
 
 
 def test_photographs_of_a_dome_whose_lights_were_found_with_others(openimageio, scenes, written, tmp_path):
@@ -414,6 +415,6 @@ def test_a_chrome_ball_of_another_size_and_place(openimageio, scenes, tmp_path):
         f"[camera]\nposition = {list(scene.camera)}\nfield_of_view = {scene.angle}\n[ball]\ncentre = [0, 0, 0]\n"
         f"radius = {scene.radius}\n[chrome]\nradius = 0.03\nmask = 'mask.png'\n[scale]\nalbedo = 0.5\n")
     (tmp_path / "setup.toml").write_text(text + "".join(lines))
-    for shot, scene in zip(setup.photographed(parsing.read(tmp_path)), scenes[:2], strict=True):
+    for shot, scene in zip(measuring.read_photographs(parsing.read(tmp_path))[0], scenes[:2], strict=True):
         angle = np.arccos(shot.lamp @ scene.lamp / np.linalg.norm(shot.lamp) / np.linalg.norm(scene.lamp))
         assert np.degrees(angle) < 1.0

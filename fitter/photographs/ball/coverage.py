@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray
-from ..coordinates.rusinkiewicz import Pair
-from ..quality.coverage import cosines, fold_azimuth
-from ..quality.physics import direction_pairs
-from ..samples import Samples
+from ...arrays import BoolArray, Directions, FloatArray
+from ...coordinates.rusinkiewicz import Pair
+from ...quality.coverage import cosines, fold_azimuth
+from ...quality.physics import direction_pairs
+from ...samples import Samples
 
 REACH = np.radians(5)       # a pair of directions is covered by a sample whose both directions are as near
 MOST = 75                   # degrees of difference angle that a ball can show: beyond it all that is lit is grazing
@@ -26,16 +26,12 @@ _PAIRS = 2000               # of which the share is found
 class Coverage(NamedTuple):
     """What samples cover; degrees."""
 
-    incidence: tuple[float, float]
-    """The smallest and the largest polar angle of the light."""
-    exitance: tuple[float, float]
-    """And of the viewer."""
-    difference: tuple[float, float]
-    """And the smallest and the largest difference angle."""
+    incidence: tuple[float, float]          # the smallest and the largest polar angle of the light
+    exitance: tuple[float, float]           # and of the viewer
+    difference: tuple[float, float]         # and the smallest and the largest difference angle
     gaps: tuple[tuple[float, float], ...]
     """Ranges of the difference angle without samples that are wider than `WIDE`, the widest first."""
-    share: float
-    """Of pairs of directions, evenly by projected solid angle, those that are covered."""
+    share: float     # of pairs of directions, evenly by projected solid angle, those that are covered
 
 
 def coverage(samples: Samples) -> Coverage:
@@ -49,8 +45,7 @@ def coverage(samples: Samples) -> Coverage:
     >>> found.incidence, round(found.difference[1], 3), found.gaps
     ((0.0, 68.0), 34.0, ((34.0, 75.0),))
     """
-    angle = np.degrees(difference_angle(samples.directions))
-    pairs = direction_pairs(_PAIRS)
+    angle, pairs = np.degrees(difference_angle(samples.directions)), direction_pairs(_PAIRS)
     return Coverage(_range(np.degrees(samples.theta_i)), _range(np.degrees(samples.theta_o)), _range(angle),
                     _gaps(angle), float(are_covered(samples, pairs).mean()))
 
@@ -64,12 +59,7 @@ def difference_angle(directions: Directions) -> FloatArray:
 def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
     """Which pairs of directions have a sample near, itself, mirrored, or with its directions exchanged: (n,) bool.
 
-    Parameters
-    ----------
-    samples : Samples
-        Isotropic.
-    pairs : four (n,) float64
-        Radians.
+    The samples are isotropic.
     """
     theta_i, theta_o = (np.concatenate(both) for both in ((samples.theta_i, samples.theta_o),
                                                           (samples.theta_o, samples.theta_i)))

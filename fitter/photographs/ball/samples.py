@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import concatenate_directions
-from ..errors import DatasetError
-from ..samples import LARGEST_VALUE, RGB, Samples
-from .ball import STEEPEST, BallPhotograph, PixelReflectances, measured
-from .ball_placing import check_outline, placed
-from .binning import binned
+from ...arrays import concatenate_directions
+from ...errors import DatasetError
+from ...samples import LARGEST_VALUE, RGB, Samples
+from ..scene.photograph import STEEPEST
+from .binning import bin_samples
+from .photograph import BallPhotograph, PixelReflectances, measure_pixels
+from .placing import check_outline, place_ball
 
 MOST_SAMPLES = 200_000
 
@@ -25,7 +26,7 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
     name, source : str
         Of the samples.
 
-    The ball is moved to its outline, which the photographs show more precisely than it can be measured (`placed`).
+    The ball is moved to its outline, which the photographs show more precisely than it can be measured (`place_ball`).
 
     Returns
     -------
@@ -40,10 +41,10 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
         If there are no photographs, they have several sizes or numbers of channels, one shows nothing of the ball that
         is lit, or its outline is not where the ball is said to be.
     """
-    return gathered(in_place(photographs, source), name, source)
+    return gather_samples(place_photographs(photographs, source), name, source)
 
 
-def in_place(photographs: Sequence[BallPhotograph], source: str) -> list[BallPhotograph]:
+def place_photographs(photographs: Sequence[BallPhotograph], source: str) -> list[BallPhotograph]:
     """Photographs with the ball at its outline; raises as `samples_from_ball` does."""
     photographs = list(photographs)
     if not photographs:
@@ -54,12 +55,12 @@ def in_place(photographs: Sequence[BallPhotograph], source: str) -> list[BallPho
             raise DatasetError(f"{_size(other)} found, expected {_size(first)} as in {first.name}", other.name)
     for each in photographs:
         check_outline(each)
-    return placed(photographs)
+    return place_ball(photographs)
 
 
-def gathered(photographs: Sequence[BallPhotograph], name: str, source: str) -> Samples:
-    """The samples of photographs that are `in_place`; raises as `samples_from_ball` does."""
-    parts = [measured(each) for each in photographs]
+def gather_samples(photographs: Sequence[BallPhotograph], name: str, source: str) -> Samples:
+    """The samples of photographs that are placed by `place_photographs`; raises as `samples_from_ball` does."""
+    parts = [measure_pixels(each) for each in photographs]
     directions = concatenate_directions(part.seen.directions for part in parts)
     values = np.concatenate([part.reflectance for part in parts])
     deviation = np.concatenate([part.deviation for part in parts])
@@ -68,7 +69,7 @@ def gathered(photographs: Sequence[BallPhotograph], name: str, source: str) -> S
                            f"too small", source)
     notes = _notes(photographs, parts)
     if len(values) > MOST_SAMPLES:
-        directions, values, deviation = binned(directions, values, deviation, MOST_SAMPLES)
+        directions, values, deviation = bin_samples(directions, values, deviation, MOST_SAMPLES)
         notes = (*notes, f"Averaged to {len(values):,} samples")
     return Samples(*directions, values, RGB if values.shape[1] == 3 else ("grey",), name, source, notes,
                    deviation=deviation)

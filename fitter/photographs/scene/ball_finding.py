@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, RealArray
-from ..errors import DatasetError
+from ...arrays import BoolArray, FloatArray, RealArray
+from ...errors import DatasetError
 from .camera import pixel_angle
-from .outline import ABOVE_NOISE, BRIGHT, CLEAR, SECTORS, WINDOW, Outline, angle_beyond, profile_of, robust, scatter
+from .outline import ABOVE_NOISE, BRIGHT, CLEAR, SECTORS, WINDOW, Outline, angle_beyond, edge_profile, robust, scatter
 
 _LEVELS = BRIGHT, 0.05, 0.1, 0.2, 0.4       # of a ball above its background, of the brightest of the picture
 _LEAST = 5.0                # pixels, of a ball's radius
@@ -29,16 +29,8 @@ _NO_DISC = "no outline of a ball found: what is bright is no disc"
 def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> Outline:
     """Find the one ball in a picture, brighter than its background, most of it.
 
-    Raises DatasetError if there is no ball, a part of it is beyond the frame, or there are two.
-
-    Parameters
-    ----------
-    picture : (height, width, channels) float64
-        Linear; of several photographs from one place the brightest of each pixel (`brightest`).
-    rays : (height, width, 3) float64
-        Directions through the pixels' centres.
-    name : str
-        For messages.
+    The picture, (height, width, channels), is linear; of several photographs from one place it is the `brightest` of
+    each pixel. Raises DatasetError if there is no ball, a part of it is beyond the frame, or there are two.
     """
     grey = picture.mean(axis=2)
     border = _border(grey)
@@ -65,13 +57,14 @@ def _outline_above(level: float, grey: FloatArray, rays: FloatArray, name: str) 
     regions = _large_regions(grey > level, name)
     for region in regions:
         try:
-            found.append(_outline_of(region, level, grey, rays, name))
+            found.append(_fit_outline(region, level, grey, rays, name))
         except DatasetError as error:
             others.append(region)
             first = first or error
     # what reaches the border is the room, or a stand
     whole = [each for each in others if not _border(each.astype(float)).any()]
-    beside = [each for ball in found for each in whole if _is_beside(each, ball, rays)]
+    beside = [each for ball in found for each in whole      # which are no part of it
+              if (rays[each] @ ball.axis < np.cos(ball.half_angle)).mean() > 0.5]
     if len(found) > 1 or beside or (not found and len(regions) > 1):
         raise DatasetError("two bright things found, expected one ball: mask the other one", name)
     if first is not None and not found:
@@ -79,27 +72,22 @@ def _outline_above(level: float, grey: FloatArray, rays: FloatArray, name: str) 
     return found[0]
 
 
-def _is_beside(region: BoolArray, ball: Outline, rays: FloatArray) -> bool:
-    """Whether a region is not a part of a ball."""
-    return bool((rays[region] @ ball.axis < np.cos(ball.half_angle)).mean() > 0.5)
-
-
-def _outline_of(region: BoolArray, level: float, grey: FloatArray, rays: FloatArray, name: str) -> Outline:
+def _fit_outline(region: BoolArray, level: float, grey: FloatArray, rays: FloatArray, name: str) -> Outline:
     """The outline of a region, if it is that of a ball."""
     edges, size = _edges(region, grey, level, rays), pixel_angle(rays)
     if len(edges) < 2 * _LEAST:
         raise DatasetError(_NO_DISC, name)
     v = _consensus(edges, size)
     for _ in range(3):
-        v, residual, arc = _refined(v, grey, rays, size, name)
-    outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), residual)
+        v, residual, arc = _refine(v, grey, rays, size, name)
+    outline = Outline.from_vector(v, residual)
     is_cut = bool((_border(angle_beyond(rays, v)) < 0).any())
     if is_cut or (residual > _FITS and _border(region.astype(float)).any()):
         raise DatasetError("the ball is cut by the frame, or the background is as bright as it is", name)
-    return _checked(outline, arc, size, name)
+    return _check_outline(outline, arc, size, name)
 
 
-def disc_of(mask: BoolArray, rays: FloatArray, name: str = "mask") -> Outline:
+def disc_outline(mask: BoolArray, rays: FloatArray, name: str = "mask") -> Outline:
     """The outline of the ball that a mask, (h, w), is; raises DatasetError if it is no disc."""
     size, grey = pixel_angle(rays), mask.astype(float)
     edges = _edges(mask, grey, 0.5, rays)
@@ -107,10 +95,10 @@ def disc_of(mask: BoolArray, rays: FloatArray, name: str = "mask") -> Outline:
         raise DatasetError(_NO_DISC, name)
     v, arc = robust(edges, _consensus(edges, size), size)
     residual = float(np.median(np.abs(angle_beyond(edges, v)))) / size
-    return _checked(Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), residual), arc, size, name)
+    return _check_outline(Outline.from_vector(v, residual), arc, size, name)
 
 
-def _checked(outline: Outline, arc: float, size: float, name: str) -> Outline:
+def _check_outline(outline: Outline, arc: float, size: float, name: str) -> Outline:
     """An outline, if it is that of a ball, and so much of it has an edge."""
     if outline.half_angle < _LEAST * size or outline.residual > _FITS or arc < _LEAST_ARC:
         raise DatasetError(f"{_NO_DISC} (edges {outline.residual:.1f} pixels off, over {arc:.0%} of its outline)", name)
@@ -137,7 +125,7 @@ def _large_regions(bright: BoolArray, name: str) -> list[BoolArray]:
     if not found or np.count_nonzero(found[0]) * step ** 2 < _LEAST ** 2:
         raise DatasetError("no ball found: nothing in the picture is large and brighter than its border", name)
     large = [each for each in found if np.count_nonzero(each) > _SECOND * np.count_nonzero(found[0])]
-    whole = [np.kron(_grown(each), np.ones((step, step), bool))[:bright.shape[0], :bright.shape[1]] for each in large]
+    whole = [np.kron(_grow(each), np.ones((step, step), bool))[:bright.shape[0], :bright.shape[1]] for each in large]
     return [np.asarray(each & bright) for each in whole]
 
 
@@ -149,13 +137,13 @@ def regions(bright: BoolArray) -> list[BoolArray]:
         region[np.unravel_index(int(np.argmax(left)), left.shape)] = True
         count = 0
         while (now := int(np.count_nonzero(region))) != count:
-            count, region = now, _grown(region) & left
+            count, region = now, _grow(region) & left
         left &= ~region
         found.append(region)
     return found
 
 
-def _grown(region: BoolArray) -> BoolArray:
+def _grow(region: BoolArray) -> BoolArray:
     """A region and the pixels that touch it."""
     padded = np.pad(region, 1)
     return np.asarray(padded[1:-1, 1:-1] | padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:])
@@ -196,18 +184,15 @@ def _consensus(edges: FloatArray, size: float) -> FloatArray:
     return np.asarray(np.linalg.lstsq(near, np.ones(len(near)), rcond=None)[0])
 
 
-def _refined(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, name: str,
+def _refine(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, name: str,
              ) -> tuple[FloatArray, float, float]:
     """A better v from profiles across the outline; the residual, pixels; and the share of it that has an edge."""
     if np.linalg.norm(v) <= 1 or not np.isfinite(v).all():
         raise DatasetError(_NO_DISC, name)
-    profile = profile_of(v, grey, rays, size)
+    profile = edge_profile(v, grey, rays, size)
     with np.errstate(invalid="ignore"):
         clear = (profile.beyond < (1 - CLEAR) * profile.within) & (np.abs(profile.edge) < WINDOW / 2)
     if np.count_nonzero(clear) < _LEAST_ARC * SECTORS:
         return v, np.inf, np.count_nonzero(clear) / SECTORS
-    axis, gamma = v / np.linalg.norm(v), np.arccos(1 / np.linalg.norm(v))
-    at = gamma + profile.edge[clear] * size
-    touching = np.cos(at)[:, None] * axis + np.sin(at)[:, None] * profile.around[clear]
-    v, arc = robust(touching, v, size)
-    return v, float(np.median(np.abs(angle_beyond(touching, v)))) / size, arc
+    v, arc = robust(profile.rays[clear], v, size)
+    return v, float(np.median(np.abs(angle_beyond(profile.rays[clear], v)))) / size, arc

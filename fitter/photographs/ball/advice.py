@@ -10,21 +10,30 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .. import progress
-from ..arrays import FloatArray, select_directions
-from ..methods import fit
-from ..methods.presets import PRESETS
-from ..quality.cross_validation import cube_root
-from ..quality.physics import direction_pairs
-from ..quality.verdict import Judgement, prediction_message
-from ..samples import Samples, subsample, subset
-from .ball import STEEPEST, BallPhotograph, measured
+from ... import progress
+from ...arrays import FloatArray, select_directions
+from ...methods import fit
+from ...methods.presets import PRESETS
+from ...quality.cross_validation import cube_root
+from ...quality.physics import direction_pairs
+from ...samples import Samples, subsample, subset
+from ..scene.photograph import STEEPEST
+from ..scene.report import Report, judge_left_out
 from .coverage import REACH, Coverage, coverage, difference_angle
-from .samples import gathered
+from .measuring import BallMeasurement
+from .photograph import BallPhotograph, measure_pixels
+from .samples import gather_samples
 
 _SAMPLES = 8000             # to which each part is fitted
 _JUDGED = 1000              # samples by which a photograph is predicted
 _PAIRS = 20_000             # of directions, of which those in a gap are looked at
+
+
+def report_ball(measured: BallMeasurement) -> Report:
+    """What is to be said of photographs of a ball."""
+    others = judge_left_out(measured.photographs, _left_out_error)
+    return Report((*measured.samples.notes, *([others.words] if others else []), *advice(measured.samples)),
+                  (*measured.doubts, *([others.words] if others and others.is_bad else [])))
 
 
 def advice(samples: Samples) -> tuple[str, ...]:
@@ -41,20 +50,13 @@ def advice(samples: Samples) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def left_out(photographs: Sequence[BallPhotograph]) -> Judgement | None:
-    """How far the middle photograph is from what a fit to the others says of it; None where these are too few.
-
-    That is relative to its root mean square, as of a flat sample. The photographs are `in_place`.
-    """
-    number = len(photographs) // 2
-    others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
-    if len(others) < 2:
-        return None
-    made = fit(subsample(gathered(others, shot.name, shot.name), _JUDGED), **PRESETS["Standard"])
-    there = measured(shot)
+def _left_out_error(others: Sequence[BallPhotograph], shot: BallPhotograph) -> float:
+    """How far a photograph is from what a fit to others says of it. They are placed by `place_photographs`."""
+    made = fit(subsample(gather_samples(others, shot.name, shot.name), _JUDGED), **PRESETS["Standard"])
+    there = measure_pixels(shot)
     light = there.seen.irradiance[:, None]
     missed = light * (made.evaluate(*there.seen.directions) - there.reflectance)
-    return prediction_message(shot.name, float(np.linalg.norm(missed) / np.linalg.norm(light * there.reflectance)))
+    return float(np.linalg.norm(missed) / np.linalg.norm(light * there.reflectance))
 
 
 def next_phase_angle(samples: Samples, covered: Coverage) -> float | None:

@@ -9,11 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError
-from .ball import BallPhotograph, mean_of_neighbours, visible_pixels
-from .camera import pixel_angle
-from .outline import (
+from ...arrays import BoolArray, FloatArray
+from ...errors import DatasetError
+from ..scene.camera import pixel_angle
+from ..scene.outline import (
     ABOVE_NOISE,
     BRIGHT,
     CLEAR,
@@ -22,10 +21,11 @@ from .outline import (
     Outline,
     Profile,
     angle_beyond,
-    profile_of,
+    edge_profile,
     robust,
     scatter,
 )
+from .photograph import BallPhotograph, mean_of_neighbours, visible_pixels
 
 MOVED = 2.0                 # pixels by which an outline may be off
 _ENOUGH = 1 / 2             # of the outline, that must be seen to move a ball
@@ -37,7 +37,7 @@ _WRONG = "the ball's outline is not where it is said to be"
 _OF_BALL = 0.5              # a mask with a smaller share of the pixels around an outline is that of the ball
 
 
-def placed(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
+def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
     """Photographs with the ball where its outline is, seen from each place in all photographs of it together.
 
     A pixel is a degree of its normals, or several where they graze, and a tape measure or a hand in the window does not
@@ -56,22 +56,19 @@ def placed(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
         touching = np.concatenate([_touching(v, moved[number]) for number in numbers])
         v, arc = robust(touching, v, pixel_angle(first.rays))
         if arc >= _ENOUGH and np.linalg.norm(v) > 1:
-            outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), 0.0)
             for number in numbers:
-                moved[number] = replace(moved[number], centre=outline.centre(first.camera, first.radius))
+                moved[number] = replace(moved[number], centre=Outline.from_vector(v).centre(first.camera, first.radius))
     return moved
 
 
 def _touching(v: FloatArray, photograph: BallPhotograph) -> FloatArray:
     """Rays through the clear edges near the outline v: (n, 3)."""
-    size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)
-    profile = _profile(v, photograph)
+    profile, grey = _profile(v, photograph), photograph.radiance.mean(axis=2)
     level = BRIGHT * float(np.percentile(grey, 99.5))
     with np.errstate(invalid="ignore"):
         clear = ((profile.beyond < (1 - _SHARP) * profile.within) & (profile.within > level)
                  & (np.abs(profile.edge) < MOVED + 0.5))
-    axis, at = v / np.linalg.norm(v), np.arccos(1 / np.linalg.norm(v)) + profile.edge[clear] * size
-    return np.asarray(np.cos(at)[:, None] * axis + np.sin(at)[:, None] * profile.around[clear])
+    return np.asarray(profile.rays[clear])
 
 
 def _profile(v: FloatArray, photograph: BallPhotograph) -> Profile:
@@ -82,7 +79,7 @@ def _profile(v: FloatArray, photograph: BallPhotograph) -> Profile:
         around = (off > WINDOW / 2) & (off < WINDOW)
         if mask[around].mean() < _OF_BALL if around.any() else True:
             grey, mask = grey * mask, None          # beside the ball it is black
-    return profile_of(v, grey, photograph.rays, size, mask)
+    return edge_profile(v, grey, photograph.rays, size, mask)
 
 
 def check_outline(photograph: BallPhotograph) -> None:

@@ -4,16 +4,16 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, SingleArray
-from ..colours import conversion_from_primaries, decode_srgb
-from ..errors import DatasetError
-from .light import exposure_of
+from ...arrays import FloatArray, SingleArray
+from ...colours import conversion_from_primaries, decode_srgb
+from ...errors import DatasetError
+from .light import camera_exposure
 
 NEEDED = ("reading photographs needs OpenImageIO, which Blender has: run this in Blender, or install it (pip install "
           "OpenImageIO)")
@@ -34,41 +34,26 @@ BENT = ("sRGB, which was made linear: cameras bend such colours to please, so de
         "are linear, say so by encoding = \"linear\"")
 
 
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """A photograph from a file, as the sensor has it: EXIF's orientation is not followed, but told.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PictureInfo:
+    """What a file says of its photograph; None where it does not say it."""
 
-    Attributes
-    ----------
-    stored : (height, width, 1 or 3) float32
-        As the file has them, the top row first; of integers, 1 is white.
-    bend : function, or None
-        Makes them linear, where they are not.
-    stored_step : float
-        Between two values that the file can hold.
-    exposure : float, or None
-        By the file's exposure time, aperture and sensitivity.
-    field_of_view : float, or None
-        Of the width, radians, by the file's focal length in 35 mm film.
-    focal_length : float, or None
-        mm.
-    matrix : (3, 3) float64, or None
-        To linear Rec.709, by the file's chromaticities.
-    notes : tuple of str
-        Without the name of the file: the same of all for which the same is so.
-    is_turned : bool
-        Whether EXIF says that viewers show it turned or mirrored.
-    """
+    size: tuple[int, int]               # height and width, pixels
+    exposure: float | None = None       # by exposure time, aperture and sensitivity
+    field_of_view: float | None = None  # of the width, radians, by the focal length in 35 mm film
+    focal_length: float | None = None   # mm
 
-    stored: SingleArray
-    bend: Callable[[FloatArray], FloatArray] | None = None
-    stored_step: float = 0.0
-    exposure: float | None = None
-    field_of_view: float | None = None
-    focal_length: float | None = None
-    matrix: FloatArray | None = None
-    notes: tuple[str, ...] = ()
-    is_turned: bool = False
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Picture(PictureInfo):
+    """A photograph from a file, as the sensor has it: EXIF's orientation is not followed, but told."""
+
+    stored: SingleArray                 # as the file has them, top row first, of integers 1 is white: (h, w, 1 or 3)
+    bend: Callable[[FloatArray], FloatArray] | None = None      # makes them linear, where they are not
+    stored_step: float = 0.0            # between two values that the file can hold
+    matrix: FloatArray | None = None    # to linear Rec.709, by the file's chromaticities: (3, 3)
+    notes: tuple[str, ...] = ()         # without the name of the file: the same of all for which the same is so
+    is_turned: bool = False             # whether EXIF says that viewers show it turned or mirrored
 
     def linear(self, part: Any = slice(None)) -> tuple[FloatArray, FloatArray | float]:
         """A part of the pixels, linear, (height, width, channels) float64, and the step between two values that the
@@ -85,58 +70,67 @@ class Picture:
         return self.linear()[0]
 
 
-class PictureInfo(NamedTuple):
-    """What a file says of its photograph: height and width in pixels, and as in `Picture`."""
-
-    size: tuple[int, int]
-    exposure: float | None
-    field_of_view: float | None
-    focal_length: float | None
-
-
 def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
-    """Read a photograph.
+    """Read a photograph of any file that OpenImageIO reads; EXR or TIFF that a raw converter has written linearly are
+    best.
 
-    Parameters
-    ----------
-    path : path-like
-        Any file that OpenImageIO reads; EXR or TIFF that a raw converter has written linearly are best.
-    encoding : {"linear", "srgb"}, optional
-        What the values are, whatever the file says. By default they are what it says; and where it says nothing, sRGB
-        of 8 bits, and else linear.
+    The encoding, "linear" or "srgb", is what the values are, whatever the file says. By default they are what it says;
+    and where it says nothing, sRGB of 8 bits, and else linear. Of several parts the first is read, of several layers
+    that of the whole picture or the first; notes say so.
 
-    Raises
-    ------
-    DatasetError
-        If it cannot be read, has neither one nor three channels of colour, or holds numbers that are not finite.
-        Of several parts the first is read, of several layers that of the whole picture or the first; notes say so.
-    ImportError
-        If OpenImageIO is absent.
+    Raises DatasetError if it cannot be read, has neither one nor three channels of colour, or holds numbers that are
+    not finite; ImportError if OpenImageIO is absent.
     """
-    path = Path(path)
-    with _opened(path) as file:
+    path, more = Path(path), list[str]()
+    with _open_picture(path) as file:
         spec = file.spec()
-        size = _size(spec, path)
-        if max(spec.width * spec.height, size[0] * size[1]) > MOST_PIXELS:
-            raise DatasetError(f"{size[1]} x {size[0]} pixels, expected at most {MOST_PIXELS:,}", path)
+        info = _read_info(spec, path)
+        height, width = info.size
+        if max(spec.width * spec.height, width * height) > MOST_PIXELS:
+            raise DatasetError(f"{width} x {height} pixels, expected at most {MOST_PIXELS:,}", path)
         stored = file.read_image(0, 0, 0, spec.nchannels, "float")
         if stored is None:
             raise DatasetError(f"cannot be read: {file.geterror() or 'damaged'}", path)
-        notes = ("the first of several parts is read",) if file.seek_subimage(1, 0) else ()
-    channels, more = _colours(spec, path)
+        if file.seek_subimage(1, 0):
+            more.append("the first of several parts is read")
     pixels = np.asarray(stored, dtype=np.float32).reshape(spec.height, spec.width, -1)
+    channels = _colours(spec, path, more)
     if channels != list(range(pixels.shape[2])):
         pixels = pixels[..., channels]
     if not np.isfinite(pixels).all():
         raise DatasetError("holds numbers that are not finite", path)
     if _has_window(spec):
-        pixels = _in_display(pixels, spec, size)
-        more += (f"its pixels are {spec.width} x {spec.height} of a display window of {size[1]} x {size[0]}, in which "
-                 "they are put: it is black beside them",)
+        pixels = _place_in_window(pixels, spec, info.size)
+        more.append(f"its pixels are {spec.width} x {spec.height} of a display window of {width} x {height}, in which "
+                    "they are put: it is black beside them")
     turn = _SHOWN.get(int(_positive(spec, "Orientation") or 1))
-    more += () if turn is None else (TURNED.format(turn),)
-    picture = _picture(pixels, spec, encoding)
-    return replace(picture, notes=(*picture.notes, *notes, *more), is_turned=turn is not None)
+    if turn is not None:
+        more.append(TURNED.format(turn))
+    bits = _INTEGERS.get(str(spec.format))
+    step, bend = 0.0 if bits is None else 1 / (2 ** bits - 1), _bend(spec, bits, encoding)
+    notes = [] if bend is None else [BENT]
+    if bits == 8:
+        worst = step / _MID_GREY if bend is None else float(bend(np.array(_GREY_IN_SRGB + step))) / _MID_GREY - 1
+        notes.append(f"8 bits a channel, whose steps are {worst:.1%} at a grey of {_MID_GREY:g}, more in the dark")
+    return Picture(**vars(info), stored=pixels, bend=bend, stored_step=step, matrix=_matrix(spec),
+                   notes=(*notes, *more), is_turned=turn is not None)
+
+
+def read_picture_info(path: str | Path) -> PictureInfo:
+    """What a file says of its photograph, of which no pixel is read. Raises as `read_picture` does."""
+    with _open_picture(Path(path)) as file:
+        return _read_info(file.spec(), Path(path))
+
+
+def _read_info(spec: Any, path: Path) -> PictureInfo:
+    seconds = _positive(spec, "ExposureTime", "Exif:ExposureTime", "expTime")
+    iso = _positive(spec, "Exif:PhotographicSensitivity", "Exif:ISOSpeedRatings", "isoSpeed")
+    aperture, focal = _positive(spec, "FNumber", "Exif:FNumber", "aperture"), _positive(
+        spec, "Exif:FocalLengthIn35mmFilm")
+    return PictureInfo(
+        size=_size(spec, path), exposure=None if seconds is None else camera_exposure(
+            seconds, aperture or 1.0, iso or 100.0), focal_length=_positive(spec, "Exif:FocalLength"),
+        field_of_view=None if focal is None else 2 * math.atan(_FULL_FRAME / (2 * focal)))
 
 
 def _has_window(spec: Any) -> bool:
@@ -155,7 +149,7 @@ def _size(spec: Any, path: Path) -> tuple[int, int]:
     return spec.full_height, spec.full_width
 
 
-def _in_display(pixels: SingleArray, spec: Any, size: tuple[int, int]) -> SingleArray:
+def _place_in_window(pixels: SingleArray, spec: Any, size: tuple[int, int]) -> SingleArray:
     """Pixels in their place of the display window, which is black beside them: (height, width, channels)."""
     shown = np.zeros((*size, pixels.shape[2]), np.float32)
     y, x = spec.y - spec.full_y, spec.x - spec.full_x
@@ -165,7 +159,7 @@ def _in_display(pixels: SingleArray, spec: Any, size: tuple[int, int]) -> Single
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def _open_picture(path: Path) -> Iterator[Any]:
     """A file as an ImageInput of OpenImageIO. Raises as `read_picture` does."""
     try:
         import OpenImageIO
@@ -182,17 +176,8 @@ def _opened(path: Path) -> Iterator[Any]:
         file.close()
 
 
-def read_picture_info(path: str | Path) -> PictureInfo:
-    """What a file says of its photograph, of which no pixel is read. Raises as `read_picture` does."""
-    with _opened(Path(path)) as file:
-        spec = file.spec()
-        return PictureInfo(_size(spec, Path(path)), _exposure(spec), _field_of_view(spec),
-                           _positive(spec, "Exif:FocalLength"))
-
-
-def _colours(spec: Any, path: Path) -> tuple[list[int], tuple[str, ...]]:
-    """The channels of colour, red, green and blue, or the only one; of one layer, which a note names if there are more.
-    """
+def _colours(spec: Any, path: Path, notes: list[str]) -> list[int]:
+    """The channels of colour, red, green and blue, or the only one; of one layer, which is noted if there are more."""
     layers: dict[str, dict[str, int]] = {}
     for number, name in enumerate(spec.channelnames):
         layer, _, channel = str(name).lower().rpartition(".")
@@ -201,24 +186,14 @@ def _colours(spec: Any, path: Path) -> tuple[list[int], tuple[str, ...]]:
         found = [layer for layer, channels in layers.items() if channels.keys() >= {*wanted}]
         if found:
             best = min(found, key=lambda layer: (layer != "", layer.split(".")[-1] != _WHOLE))
-            told = f"the layer {best or 'without a name'} is read, of {', '.join(each or '-' for each in found[:4])}"
-            return [layers[best][name] for name in wanted], (told,) if len(found) > 1 else ()
+            if len(found) > 1:
+                notes.append(f"the layer {best or 'without a name'} is read, of "
+                             f"{', '.join(each or '-' for each in found[:4])}")
+            return [layers[best][name] for name in wanted]
     if len(spec.channelnames) == 1:
-        return [0], ()
+        return [0]
     raise DatasetError(f"channels {', '.join(map(str, spec.channelnames[:6]))} found, expected R, G and B, or a single "
                        f"one", path)
-
-
-def _picture(pixels: SingleArray, spec: Any, encoding: str | None) -> Picture:
-    bits = _INTEGERS.get(str(spec.format))
-    step = 0.0 if bits is None else 1 / (2 ** bits - 1)
-    bend = _bend(spec, bits, encoding)
-    notes: tuple[str, ...] = () if bend is None else (BENT,)
-    if bits == 8:
-        worst = step / _MID_GREY if bend is None else float(bend(np.array(_GREY_IN_SRGB + step))) / _MID_GREY - 1
-        notes += (f"8 bits a channel, whose steps are {worst:.1%} at a grey of {_MID_GREY:g}, more in the dark",)
-    return Picture(pixels, bend, step, _exposure(spec), _field_of_view(spec), _positive(spec, "Exif:FocalLength"),
-                   _matrix(spec), notes)
 
 
 def _bend(spec: Any, bits: int | None, encoding: str | None) -> Callable[[FloatArray], FloatArray] | None:
@@ -233,19 +208,12 @@ def _bend(spec: Any, bits: int | None, encoding: str | None) -> Callable[[FloatA
     profile = str(spec.get_string_attribute("ICCProfile:profile_description")).lower()
     if said.startswith(("lin", "scene_linear", "raw", "data")) or "linear" in profile:
         return None
-    if said == "srgb" and _is_tiff_with_exif(spec):
-        said = ""
-    bent = "srgb" in said or "srgb" in profile or (said.startswith("g") and _is_gamma(spec))
+    if said == "srgb" and (spec.getattribute("tiff:PhotometricInterpretation") is not None
+                           and spec.getattribute("Exif:ColorSpace") != 1):
+        said = ""           # OpenImageIO takes a TIFF for sRGB because it has EXIF, which says nothing of colours
+    bent = "srgb" in said or "srgb" in profile or (
+        said.startswith("g") and (_positive(spec, "oiio:Gamma") or 1.0) > _LEAST_GAMMA)
     return decode_srgb if bent or bits == 8 else None
-
-
-def _is_tiff_with_exif(spec: Any) -> bool:
-    """Whether OpenImageIO takes a TIFF for sRGB because it has EXIF, which says nothing of colours."""
-    return spec.getattribute("tiff:PhotometricInterpretation") is not None and spec.getattribute("Exif:ColorSpace") != 1
-
-
-def _is_gamma(spec: Any) -> bool:
-    return (_positive(spec, "oiio:Gamma") or 1.0) > _LEAST_GAMMA
 
 
 def _positive(spec: Any, *names: str) -> float | None:
@@ -255,18 +223,6 @@ def _positive(spec: Any, *names: str) -> float | None:
         if isinstance(value, int | float) and math.isfinite(value) and value > 0:
             return float(value)
     return None
-
-
-def _exposure(spec: Any) -> float | None:
-    seconds = _positive(spec, "ExposureTime", "Exif:ExposureTime", "expTime")
-    iso = _positive(spec, "Exif:PhotographicSensitivity", "Exif:ISOSpeedRatings", "isoSpeed")
-    aperture = _positive(spec, "FNumber", "Exif:FNumber", "aperture")
-    return None if seconds is None else exposure_of(seconds, aperture or 1.0, iso or 100.0)
-
-
-def _field_of_view(spec: Any) -> float | None:
-    focal = _positive(spec, "Exif:FocalLengthIn35mmFilm")
-    return None if focal is None else 2 * math.atan(_FULL_FRAME / (2 * focal))
 
 
 def _matrix(spec: Any) -> FloatArray | None:

@@ -1,47 +1,63 @@
 """The pictures of a description: exposures merged, the dark room taken away, in known colours."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError, printable
-from .ball import check_bright
-from .description.capture_setup import BallSetup, CameraSetup, LampSetup, Lit, SampleSetup
-from .light import Exposure, Light, flattened, merged, middle_of, subtract_dark
+from ... import progress
+from ...arrays import BoolArray, FloatArray
+from ...errors import DatasetError, printable
+from ..description.capture_setup import BallSetup, CaptureSetup, LampSetup, Lit, SampleSetup, Shot
+from .light import Exposure, Light, check_bright, divide_flat, merge_exposures, middle_part, subtract_dark
 from .picture_files import Picture, read_picture, read_picture_info
 
 _MASKED = 0.5               # of white
 _BAND = 1 << 20             # pixels that are merged at a time
 
-
 Part = tuple[slice, slice]
 """The rows and columns of pictures that are kept."""
+WHOLE: Part = (slice(None), slice(None))
 
 
 @dataclass
 class Pictures:
-    """How all pictures of a description are read, and what those that were read say.
+    """How all pictures of a description are read, and what those that were read say."""
 
-    Attributes
-    ----------
-    camera, lamp
-        Of the description: how files are read, the photographs of a dark room and an even surface.
-    said : dict of Path to Picture
-        Of the files that were read, without their pixels.
-    """
-
-    camera: CameraSetup
-    lamp: LampSetup
-    said: dict[Path, Picture] = field(default_factory=dict)
+    setup: CaptureSetup
+    said: dict[Path, Picture] = field(default_factory=dict)         # of the files that were read, without their pixels
     _known: dict[tuple[str, str], Light] = field(default_factory=dict)      # of the whole lamp, by key and part
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the photographs. Raises DatasetError if they have several."""
+        sizes: dict[tuple[int, int], Shot] = {}
+        for each in self.setup.photographs:
+            sizes.setdefault(read_picture_info(each.files[0]).size, each)
+        if len(sizes) > 1:
+            raise DatasetError("photographs of several sizes found: " + ", ".join(
+                f"{each.name} {width} x {height}" for (height, width), each in sizes.items()), self.setup.path)
+        return next(iter(sizes))
+
+    def read_photographs(self, part: Part | None = None,
+                         reduce: Callable[[Light], Light] = lambda light: light) -> list[Light]:
+        """What a part of the photographs shows, each of one size, and is kept of it: they are read one at a time.
+        Raises DatasetError if one is black."""
+        shots, _ = self.setup.photographs, self.size
+        lights = []
+        for number, each in enumerate(shots):
+            progress.report(number / len(shots), f"Reading {each.name}")
+            lights.append(reduce(self.lamp_light(each, "files", part)))
+            if part is None:
+                check_bright(lights[-1].radiance, each.files[0])
+        return lights
 
     def light(self, given: Lit | LampSetup, key: str, part: Part | None = None) -> Light:
         """The light of the files of a key, in the colours of the camera; of a part in single precision."""
-        part, precision = ((slice(None), slice(None)), np.float64) if part is None else (part, np.float32)
+        part, precision = (WHOLE, np.float64) if part is None else (part, np.float32)
         paths = getattr(given, key)
-        pictures = [read_picture(path, self.camera.encoding) for path in paths]
+        pictures = [read_picture(path, self.setup.camera.encoding) for path in paths]
         self.said |= {path: replace(each, stored=each.stored[:0].copy())
                       for path, each in zip(paths, pictures, strict=True)}
         if key == "files" and not any((each.stored > 0).any() for each in pictures):
@@ -60,35 +76,33 @@ class Pictures:
         for first in range(0, len(rows), step):
             band = slice(first, min(first + step, len(rows)))
             there = slice(rows.start + band.start, rows.start + band.stop), slice(columns.start, columns.stop)
-            found = [(each.linear(there), exposure) for each, exposure in zip(pictures, exposures, strict=True)]
-            for whole, values in zip(light, merged([Exposure(pixels, exposure, between)
-                                                    for (pixels, between), exposure in found]), strict=True):
+            linear = [(*each.linear(there), exposure) for each, exposure in zip(pictures, exposures, strict=True)]
+            for whole, values in zip(light, merge_exposures([
+                    Exposure(pixels, exposure, between) for pixels, between, exposure in linear]), strict=True):
                 whole[band] = values
         return light
 
-    def of_lamp(self, given: Lit, key: str, part: Part | None = None) -> Light:
+    def lamp_light(self, given: Lit, key: str, part: Part | None = None) -> Light:
         """The light of the lamp alone, without vignetting, in linear Rec.709 where the camera's colours are known."""
-        dark, flat = (self._known_light(name, part) if getattr(self.lamp, name) else None for name in ("dark", "flat"))
+        lamp, camera = self.setup.lamp, self.setup.camera
+        dark, flat = (self._known_light(name, part) if getattr(lamp, name) else None for name in ("dark", "flat"))
         light, path = self.light(given, key, part), getattr(given, key)[0]
         try:
             if dark is not None:
                 light = subtract_dark(light, dark)
-            if flat is not None and self.lamp.flat:
-                size = read_picture_info(self.lamp.flat[0]).size
-                middle = self._known_light("flat", middle_of(size))
-                light = flattened(light, flat, middle.radiance.mean(axis=(0, 1)))
+            if flat is not None and lamp.flat:
+                middle = self._known_light("flat", middle_part(read_picture_info(lamp.flat[0]).size))
+                light = divide_flat(light, flat, middle.radiance.mean(axis=(0, 1)))
         except DatasetError as error:
             raise DatasetError(str(error), path) from error
-        matrix = self.camera.matrix if self.camera.matrix is not None else self.said[path].matrix
-        if matrix is None or light.radiance.shape[2] != 3:
-            return light
-        return Light(light.radiance @ matrix.T, np.sqrt(light.noise ** 2 @ (matrix ** 2).T), light.known)
+        matrix = camera.matrix if camera.matrix is not None else self.said[path].matrix
+        return light if matrix is None or light.radiance.shape[2] != 3 else light.convert(matrix)
 
     def _known_light(self, key: str, part: Part | None) -> Light:
         """That of a file that belongs to all photographs."""
         name = key, repr(part)
         if name not in self._known:
-            self._known[name] = self.light(self.lamp, key, part)
+            self._known[name] = self.light(self.setup.lamp, key, part)
         return self._known[name]
 
     @property
@@ -98,17 +112,14 @@ class Pictures:
         for path, picture in self.said.items():
             for note in picture.notes:
                 of_files.setdefault(note, []).append(printable(path.name))
-        return tuple(f"{_named(names)}: {note}" for note, names in of_files.items())
+        return tuple(f"{names[0] if len(names) == 1 else f'{len(names)} files, {names[0]} to {names[-1]}'}: {note}"
+                     for note, names in of_files.items())
 
 
-def _named(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{len(names)} files, {names[0]} to {names[-1]}"
-
-
-def mask_of(given: BallSetup | SampleSetup, size: tuple[int, int]) -> BoolArray | None:
+def read_mask(given: BallSetup | SampleSetup, size: tuple[int, int]) -> BoolArray | None:
     """Where the mask that is named is white, and within an outline: (height, width); None where neither is there."""
     outline = given.outline if isinstance(given, SampleSetup) else None
-    inside = None if outline is None else within(outline, size)
+    inside = None if outline is None else polygon_mask(outline, size)
     if inside is not None and not inside.any():
         raise given.error("outline", f"one around pixels of pictures of {size[1]} x {size[0]}")
     if not given.mask:
@@ -126,12 +137,12 @@ def mask_of(given: BallSetup | SampleSetup, size: tuple[int, int]) -> BoolArray 
     return mask if inside is None else mask & inside
 
 
-def within(outline: FloatArray, size: tuple[int, int]) -> BoolArray:
+def polygon_mask(outline: FloatArray, size: tuple[int, int]) -> BoolArray:
     """The pixels of a picture of this height and width whose centres are within a polygon (n, 2), by the even-odd rule.
 
     Examples
     --------
-    >>> within(np.array([[1.0, 0], [3, 0], [3, 2], [1, 2]]), (3, 4)).astype(int).tolist()
+    >>> polygon_mask(np.array([[1.0, 0], [3, 0], [3, 2], [1, 2]]), (3, 4)).astype(int).tolist()
     [[0, 1, 1, 0], [0, 1, 1, 0], [0, 0, 0, 0]]
     """
     inside = np.zeros(size, bool)

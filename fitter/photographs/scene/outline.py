@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
-from .ball import TO_SIGMA
+from ...arrays import ArrayLike, BoolArray, FloatArray, IntArray
+from .photograph import TO_SIGMA
 
 SECTORS = 48                # of the outline
 WINDOW = 6.0                # pixels to both sides of the outline where its edge is looked for
@@ -28,12 +28,14 @@ _ROUNDS = 3                 # of least squares without what is far off
 class Outline(NamedTuple):
     """A cone of rays that touch a ball."""
 
-    axis: FloatArray
-    """Toward its centre, a unit vector: (3,)."""
-    half_angle: float
-    """gamma, radians."""
-    residual: float
-    """The median distance of the edges that were found from it, pixels."""
+    axis: FloatArray    # toward its centre, a unit vector: (3,)
+    half_angle: float   # gamma, radians
+    residual: float     # the median distance of the edges that were found from it, pixels
+
+    @classmethod
+    def from_vector(cls, v: FloatArray, residual: float = 0.0) -> "Outline":
+        """That of v."""
+        return cls(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), residual)
 
     def centre(self, camera: ArrayLike, radius: float) -> FloatArray:
         """The centre of the ball of this radius, (3,), seen from a camera at (3,)."""
@@ -51,17 +53,14 @@ def angle_beyond(rays: FloatArray, v: FloatArray) -> FloatArray:
 class Profile(NamedTuple):
     """The edges across an outline, in sectors of it: (sectors,) each, NaN where there are too few pixels."""
 
-    within: FloatArray
-    """The brightness just within the edge."""
-    beyond: FloatArray
-    """And beyond it."""
-    edge: FloatArray
-    """Where it is, pixels from the outline outward."""
-    around: FloatArray
-    """The directions of the sectors' middles, about the axis: (sectors, 3)."""
+    within: FloatArray  # the brightness just within the edge
+    beyond: FloatArray  # and beyond it
+    edge: FloatArray    # where it is, pixels from the outline outward
+    around: FloatArray  # the directions of the sectors' middles, about the axis: (sectors, 3)
+    rays: FloatArray    # through the edges: (sectors, 3)
 
 
-def profile_of(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, mask: BoolArray | None = None,
+def edge_profile(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, mask: BoolArray | None = None,
                ) -> Profile:
     """The edges across the outline v of a picture, (h, w); `size` is the angle of a pixel, radians."""
     axis = v / np.linalg.norm(v)
@@ -76,7 +75,9 @@ def profile_of(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, m
     within, beyond = (_means(sector[part], value[part]) for part in (
         (off > edge[sector] - 3) & (off < edge[sector] - 0.5), off > edge[sector] + 1))
     turn = 2 * np.pi * (np.arange(SECTORS) + 0.5) / SECTORS
-    return Profile(within, beyond, edge, np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y)
+    around = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y
+    angle = (gamma + edge * size)[:, None]
+    return Profile(within, beyond, edge, around, np.cos(angle) * axis + np.sin(angle) * around)
 
 
 def _steps(sector: IntArray, off: FloatArray, value: FloatArray, places: FloatArray) -> FloatArray:

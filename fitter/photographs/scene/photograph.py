@@ -2,8 +2,12 @@
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, RealArray
-from ..errors import DatasetError
+from ...arrays import BoolArray, Directions, FloatArray, RealArray
+from ...errors import DatasetError
+
+STEEPEST = np.radians(80)   # polar angle beyond which a pixel says little: its own size spans many degrees there
+TO_SIGMA = 1.4826           # from the median absolute deviation to the standard deviation of a normal distribution
+_SATURATED = 4              # pixels that share the largest value are saturated, if they are so many
 
 
 class Photograph:
@@ -76,3 +80,26 @@ class Photograph:
                                self.name)
         object.__setattr__(self, field, array)
         return array
+
+
+def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
+    """Directions to light and viewer about normals, all (n, 3) unit vectors, as angles: four (n,), phi_i is 0.
+
+    Examples
+    --------
+    >>> theta_i, _, theta_o, phi_o = to_local_angles(np.eye(3)[2:], np.array([[.6, 0, .8]]), np.array([[0, -.6, .8]]))
+    >>> np.degrees([theta_i[0], theta_o[0], phi_o[0]]).round(2).tolist()
+    [36.87, 36.87, -90.0]
+    """
+    cross_i, cross_o = np.cross(normal, light), np.cross(normal, view)
+    theta = [np.arctan2(np.linalg.norm(cross, axis=1), np.sum(normal * toward, axis=1))
+             for cross, toward in ((cross_i, light), (cross_o, view))]
+    turn = np.arctan2(np.sum(np.cross(cross_i, cross_o) * normal, axis=1), np.sum(cross_i * cross_o, axis=1))
+    return theta[0], np.zeros(len(turn)), theta[1], turn
+
+
+def is_saturated(radiance: RealArray) -> BoolArray:
+    """The pixels with a channel at that channel's largest value, where many share it: (..., channels) to (...)."""
+    pixels = radiance.reshape(-1, radiance.shape[-1])
+    at_most = (pixels == pixels.max(axis=0)) & (pixels > 0)
+    return np.asarray((at_most & (at_most.sum(axis=0) >= _SATURATED)).any(axis=1)).reshape(radiance.shape[:-1])

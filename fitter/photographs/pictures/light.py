@@ -8,12 +8,13 @@ Digital Cameras, CVPR 2010).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, RealArray
-from ..errors import DatasetError
+from ...arrays import BoolArray, FloatArray, RealArray
+from ...errors import DatasetError
 
 SATURATED = 0.95            # of white: pixels above it are left out
 READ, SHOT = 5e-4, 5e-5     # noise of a camera at ISO 100: 10 of 20,000 electrons, and the root of their number
@@ -23,21 +24,11 @@ _CENTRE = 0.04              # of a picture's sides: the part whose brightness ot
 
 @dataclass(frozen=True, eq=False)
 class Exposure:
-    """One photograph of several that differ in exposure.
+    """One photograph of several that differ in exposure."""
 
-    Attributes
-    ----------
-    pixels : (height, width, channels) float64
-        Linear, 1 for white, where the camera is saturated.
-    exposure : float
-        Time times sensitivity, in any unit: `exposure_of`.
-    step : float, or (height, width, channels) float64
-        Of 1, between two values that the file can hold.
-    """
-
-    pixels: FloatArray
-    exposure: float = 1.0
-    step: FloatArray | float = 0.0
+    pixels: FloatArray          # linear, 1 for white, where the camera is saturated: (height, width, channels)
+    exposure: float = 1.0       # time times sensitivity, in any unit: `camera_exposure`
+    step: FloatArray | float = 0.0      # of 1, between two values that the file can hold, of each or of all
 
 
 class Light(NamedTuple):
@@ -47,6 +38,16 @@ class Light(NamedTuple):
     radiance: RealArray
     noise: RealArray
     known: BoolArray
+
+    def convert(self, matrix: FloatArray) -> "Light":
+        """The same in other colours, by a matrix (3, 3)."""
+        return Light(self.radiance @ matrix.T, np.sqrt(self.noise ** 2 @ (matrix ** 2).T), self.known)
+
+
+def check_bright(radiance: RealArray, where: str | Path) -> None:
+    """Raise DatasetError, of a file or its name, where a photograph is black: whatever is predicted of it is right."""
+    if not (radiance > 0).any():
+        raise DatasetError("a black photograph: none of its pixels is above 0, expected what a lamp lights", where)
 
 
 def same_pictures(pictures: Sequence[RealArray], names: Sequence[str]) -> tuple[str, ...]:
@@ -58,12 +59,12 @@ def same_pictures(pictures: Sequence[RealArray], names: Sequence[str]) -> tuple[
                                 f"{names[same[0]]} for one: expected each under a lamp of its own",)
 
 
-def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> float:
+def camera_exposure(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> float:
     """The exposure of a photograph.
 
     Examples
     --------
-    >>> exposure_of(1 / 50, 4), exposure_of(1 / 200, 4, 400)
+    >>> camera_exposure(1 / 50, 4), camera_exposure(1 / 200, 4, 400)
     (0.00125, 0.00125)
     """
     if not (seconds > 0 and f_number > 0 and iso > 0):
@@ -72,7 +73,7 @@ def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> fl
     return seconds / f_number ** 2 * iso / 100
 
 
-def merged(exposures: Sequence[Exposure]) -> Light:
+def merge_exposures(exposures: Sequence[Exposure]) -> Light:
     """The light that several exposures of one scene saw, in units of white at an exposure of 1.
 
     Raises DatasetError if there is none, or their sizes differ.
@@ -82,7 +83,7 @@ def merged(exposures: Sequence[Exposure]) -> Light:
     The longer exposure is saturated in the first pixel.
 
     >>> short, long = (Exposure(np.minimum([[[0.5], [0.01]]], 1 / t) * t, t) for t in (1.0, 8.0))
-    >>> light = merged([short, long])
+    >>> light = merge_exposures([short, long])
     >>> light.radiance.ravel().round(6).tolist(), bool(light.noise[0, 1, 0] < light.noise[0, 0, 0])
     ([0.5, 0.01], True)
     """
@@ -114,13 +115,13 @@ def subtract_dark(light: Light, dark: Light) -> Light:
     return Light(light.radiance - dark.radiance, np.hypot(light.noise, dark.noise), light.known & dark.known)
 
 
-def middle_of(size: tuple[int, ...]) -> tuple[slice, slice]:
+def middle_part(size: tuple[int, ...]) -> tuple[slice, slice]:
     """The rows and columns of a picture whose brightness others are compared with."""
     rows, columns = (slice(int(side * (0.5 - _CENTRE)), int(side * (0.5 + _CENTRE)) + 1) for side in size)
     return rows, columns
 
 
-def flattened(light: Light, flat: Light, middle: RealArray | None = None) -> Light:
+def divide_flat(light: Light, flat: Light, middle: RealArray | None = None) -> Light:
     """Light without the vignetting that a photograph of an evenly bright surface shows.
 
     What the middle of the picture shows stays as it is; of a part of the pictures `middle`, (channels,), is what the
@@ -128,7 +129,7 @@ def flattened(light: Light, flat: Light, middle: RealArray | None = None) -> Lig
     """
     _same_size(light.radiance, flat.radiance, "the photograph of an even surface")
     if middle is None:
-        middle = flat.radiance[middle_of(flat.known.shape)].mean(axis=(0, 1))
+        middle = flat.radiance[middle_part(flat.known.shape)].mean(axis=(0, 1))
     share = flat.radiance / np.where(middle > 0, middle, 1)
     seen = flat.known & (share > 0).all(axis=2)
     share = np.where(seen[..., None], share, 1.0)

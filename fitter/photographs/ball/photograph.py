@@ -12,23 +12,19 @@ the same but for f, which is the mean over the lamp.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, select_directions
-from ..errors import DatasetError
-from .camera import pixel_angle
-from .photograph import Photograph
+from ...arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, select_directions
+from ...errors import DatasetError
+from ..scene.camera import pixel_angle
+from ..scene.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, to_local_angles
 
-STEEPEST = np.radians(80)   # polar angle beyond which a pixel says little: its own size spans many degrees there
 LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
 SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
-_SATURATED = 4              # pixels that share the largest value are saturated, if they are so many
 _PLACED = 0.2               # pixels by which the ball's outline may be wrong
 _AIMED = np.radians(0.25)   # by which a lamp's direction may be wrong: with more, a fit trusts too little that grazes
-TO_SIGMA = 1.4826          # from the median absolute deviation to the standard deviation of a normal distribution
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,14 +97,10 @@ class BallPhotograph(Photograph):
 class BallPixels(NamedTuple):
     """What pixels of a photograph see of the ball. The arrays are those of n pixels."""
 
-    pixel: IntArray
-    """Their indices in the picture, row by row."""
-    directions: Directions
-    """To the lamp's centre and to the camera, about the normal; the lamp's azimuth is 0."""
-    irradiance: FloatArray
-    """cos theta_i / d^2, for a radiant intensity of 1: (n,)."""
-    grain: float
-    """The angle of a pixel over the ball's, seen from the camera."""
+    pixel: IntArray         # their indices in the picture, row by row
+    directions: Directions  # to the lamp's centre and to the camera, about the normal; the lamp's azimuth is 0
+    irradiance: FloatArray  # cos theta_i / d^2, for a radiant intensity of 1: (n,)
+    grain: float            # the angle of a pixel over the ball's, seen from the camera
 
 
 def visible_pixels(photograph: BallPhotograph) -> BallPixels:
@@ -141,35 +133,16 @@ def visible_pixels(photograph: BallPhotograph) -> BallPixels:
                       float(size / limb))
 
 
-def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
-    """Directions to light and viewer about normals, all (n, 3) unit vectors, as angles: four (n,), phi_i is 0.
-
-    Examples
-    --------
-    >>> theta_i, _, theta_o, phi_o = to_local_angles(np.eye(3)[2:], np.array([[.6, 0, .8]]), np.array([[0, -.6, .8]]))
-    >>> np.degrees([theta_i[0], theta_o[0], phi_o[0]]).round(2).tolist()
-    [36.87, 36.87, -90.0]
-    """
-    cross_i, cross_o = np.cross(normal, light), np.cross(normal, view)
-    theta = [np.arctan2(np.linalg.norm(cross, axis=1), np.sum(normal * toward, axis=1))
-             for cross, toward in ((cross_i, light), (cross_o, view))]
-    turn = np.arctan2(np.sum(np.cross(cross_i, cross_o) * normal, axis=1), np.sum(cross_i * cross_o, axis=1))
-    return theta[0], np.zeros(len(turn)), theta[1], turn
-
-
 class PixelReflectances(NamedTuple):
     """The reflectance at pixels that can be trusted."""
 
     seen: BallPixels
-    reflectance: FloatArray
-    """1/sr: (n, channels)."""
-    deviation: FloatArray
-    """Its relative standard deviation: (n,)."""
-    left_out: int
-    """How many of the pixels that are lit were saturated, dark or masked."""
+    reflectance: FloatArray     # 1/sr: (n, channels)
+    deviation: FloatArray       # its relative standard deviation: (n,)
+    left_out: int               # how many of the pixels that are lit were saturated, dark or masked
 
 
-def measured(photograph: BallPhotograph) -> PixelReflectances:
+def measure_pixels(photograph: BallPhotograph) -> PixelReflectances:
     """The reflectance at the pixels of a photograph that are neither saturated, dark nor masked.
 
     Raises DatasetError if there is none.
@@ -180,7 +153,7 @@ def measured(photograph: BallPhotograph) -> PixelReflectances:
     noise = (_noise(photograph, lit.pixel) if photograph.noise is None
              else photograph.noise.reshape(radiance.shape)[lit.pixel])
     # what a pixel's neighbours show is free of its own noise: pixels whose noise is bright are not preferred
-    good = (neighbours.mean(axis=1) > noise.mean(axis=1)) & ~saturated(radiance)[lit.pixel]
+    good = (neighbours.mean(axis=1) > noise.mean(axis=1)) & ~is_saturated(radiance)[lit.pixel]
     if photograph.mask is not None:
         good &= photograph.mask.ravel()[lit.pixel]
     if not good.any():
@@ -189,10 +162,10 @@ def measured(photograph: BallPhotograph) -> PixelReflectances:
     seen_well = BallPixels(lit.pixel[good], select_directions(lit.directions, good), lit.irradiance[good], lit.grain)
     value = radiance[seen_well.pixel] / (photograph.intensity * seen_well.irradiance[:, None])
     relative = noise[good].mean(axis=1) / neighbours[good].mean(axis=1)
-    return PixelReflectances(seen_well, value, np.hypot(relative, _misplaced(seen_well)), int((~good).sum()))
+    return PixelReflectances(seen_well, value, np.hypot(relative, _place_error(seen_well)), int((~good).sum()))
 
 
-def _misplaced(pixels: BallPixels) -> FloatArray:
+def _place_error(pixels: BallPixels) -> FloatArray:
     """What small errors of the ball's and the lamp's place do to the cosine of incidence, relative to it: (n,)."""
     turned = _PLACED * pixels.grain / np.cos(pixels.directions[2])      # of the normal
     return np.asarray(np.tan(pixels.directions[0]) * np.hypot(turned, _AIMED))
@@ -202,18 +175,6 @@ def mean_of_neighbours(picture: RealArray) -> FloatArray:
     """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
     padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
-
-
-def check_bright(radiance: RealArray, where: str | Path) -> None:
-    """Raise DatasetError, of a file or its name, where a photograph is black: whatever is predicted of it is right."""
-    if not (radiance > 0).any():
-        raise DatasetError("a black photograph: none of its pixels is above 0, expected what a lamp lights", where)
-
-
-def saturated(radiance: RealArray) -> BoolArray:
-    """The pixels with a channel at that channel's largest value, where many share it: (n, channels) to (n,)."""
-    at_most = (radiance == radiance.max(axis=0)) & (radiance > 0)
-    return np.asarray((at_most & (at_most.sum(axis=0) >= _SATURATED)).any(axis=1))
 
 
 def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:

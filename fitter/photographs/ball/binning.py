@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Directions, FloatArray, IntArray
-from ..coordinates.half_angle import HalfAngle
+from ...arrays import Directions, FloatArray, IntArray
+from ...coordinates.half_angle import HalfAngle
 
 SYSTEM = HalfAngle(100.0)
 CELLS = 1600, 300, 300      # along h, x and y from -1 to 1, where there is room for as many
@@ -27,25 +27,9 @@ class Binned(NamedTuple):
     deviation: FloatArray
 
 
-def binned(directions: Directions, values: FloatArray, deviation: FloatArray, most: int) -> Binned:
-    """Average measurements in as many cells as are allowed.
-
-    Parameters
-    ----------
-    directions : four (n,) float64
-        Radians.
-    values : (n, channels) float64
-        1/sr.
-    deviation : (n,) float64
-        The relative standard deviation that each is expected to have.
-    most : int
-        Cells.
-
-    Returns
-    -------
-    Binned
-        The deviation of a cell is that of its mean: as its values are expected to scatter, or as they do.
-    """
+def bin_samples(directions: Directions, values: FloatArray, deviation: FloatArray, most: int) -> Binned:
+    """Average values (n, channels) in so many cells at most; each is expected to have the relative standard deviation,
+    (n,), and a cell has that of its mean: as its values are expected to scatter, or as they do."""
     mu = 2 * SYSTEM.encode(*directions) - 1
     cell = _cells(mu, most)
     count = int(cell.max()) + 1

@@ -1,0 +1,142 @@
+"""Photographs of a ball as a description says they were taken: `measure_ball` reads, places and gathers them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import ArrayLike, FloatArray
+from ...errors import DatasetError
+from ...methods.prior import candidates
+from ...quality.physics import directional_albedo
+from ...samples import Samples, choice, subset
+from ..description.capture_setup import CaptureSetup, Known
+from ..pictures.light import Light, same_pictures
+from ..pictures.reading import Pictures, read_mask
+from ..scene.ball_finding import brightest, find_ball
+from ..scene.camera import View, field_of_view, orientation
+from ..scene.lamps import MeasuredPlace, are_far, find_lamps
+from ..scene.scale import (
+    ANGLES,
+    GUESSED,
+    NEAR_NORMAL,
+    check_albedo,
+    check_intensity,
+    lamp_intensity,
+    too_bright,
+)
+from ..scene.scene import Scene
+from .photograph import BallPhotograph, measure_pixels
+from .samples import gather_samples, place_photographs
+
+RADIUS = 0.025              # m, of a ball whose size does not matter
+_FITTED = 4000              # samples from which an albedo is found
+
+
+class BallMeasurement(NamedTuple):
+    """What photographs measure."""
+
+    samples: Samples
+    photographs: list[BallPhotograph]
+    """The ball is where its outline is, and the lamp has the intensity that belongs to the samples."""
+    doubts: tuple[str, ...]             # those of the samples' notes which say that something is wrong
+
+
+def measure_ball(setup: CaptureSetup) -> BallMeasurement:
+    """The samples that the photographs of a description make.
+
+    Raises DatasetError if the description or a file is wrong, with file and key; ImportError without OpenImageIO.
+    """
+    photographs, notes = read_photographs(setup)
+    photographs = place_photographs(photographs, setup.title)
+    samples = gather_samples(photographs, setup.title, str(setup.path))
+    same = same_pictures([each.radiance for each in photographs], [each.name for each in photographs])
+    samples = replace(samples, notes=(*samples.notes, *notes, *same))
+    if setup.scale.albedo is None:
+        bright = too_bright(reflected_light(samples))
+        return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
+    guessed = scale_samples(samples, setup.scale.albedo)
+    bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
+    # what is a guess of the samples' scale is one of the lamp's intensity
+    share = float(samples.values.sum() / guessed.values.sum())
+    return BallMeasurement(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
+                           (*same, *bright))
+
+
+def read_photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[str, ...]]:
+    """The photographs of a description as they are: nothing is checked of what they show; and notes of how they were
+    read. Raises as `measure_ball`."""
+    pictures = Pictures(setup)
+    lights = pictures.read_photographs()
+    scene = locate_ball(setup, pictures, lights)
+    rays = scene.view.rays()
+
+    def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:
+        known = light.known if scene.mask is None else scene.mask & light.known
+        return BallPhotograph(light.radiance, rays, scene.view.position, *scene.what, lamp, intensity,
+                              setup.lamp.radius, light.noise, known, name)
+
+    def intensity_by_ball(known: Known, lamp: FloatArray, unit: FloatArray) -> FloatArray:
+        white = photograph(pictures.lamp_light(known, "file"), lamp, unit, known.file[0].name)
+        return intensity_of_ball(white, known.albedo)
+
+    intensity, note = lamp_intensity(scene.scale, pictures, lights[0].radiance.shape[2], scene.lit,
+                                     are_far(scene.lamps, setup.path), intensity_by_ball)
+    photographs = [photograph(light, lamp.place(*scene.what), intensity, each.name)
+                   for light, lamp, each in zip(lights, scene.lamps, scene.shots, strict=True)]
+    return photographs, (*pictures.notes, *setup.notes, *scene.notes, *note)
+
+
+def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]) -> Scene:
+    """The scene of a ball, which photographs show in this light: by its outline if nobody says where ball or camera
+    is."""
+    ball, (height, width, _) = setup.need_ball(), lights[0].radiance.shape
+    centre, radius = np.zeros(3) if ball.place is None else ball.place, ball.radius or RADIUS
+    position, notes = setup.camera.position, tuple[str, ...]()
+    view = View(np.zeros(3), orientation(setup.camera, centre), (height, width),
+                field_of_view(setup.camera, pictures.said.values()))
+    mask = read_mask(ball, view.size)
+    if setup.camera.is_far or ball.is_by_outline:
+        outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays(), str(setup.path))
+        if position is None or isinstance(position, str):
+            position = centre - outline.centre(np.zeros(3), radius)
+            notes = f"The camera is {np.linalg.norm(position - centre):.4g} m away by the ball's outline",
+        else:
+            centre = outline.centre(position, radius)
+            notes = "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre),
+    what = MeasuredPlace(centre, radius)
+    view = view._replace(position=np.asarray(position))
+    lamps = [each for each in find_lamps(setup, pictures, view, what) if each is not None]
+    return Scene(view, what, setup.photographs, lamps, setup.scale, what, notes, mask)
+
+
+def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArray:
+    """The intensity of a lamp in a photograph of a matte ball of known albedo, whatever that says of it: (channels,).
+
+    What each pixel shows is weighed by the light that falls there.
+    """
+    ball = measure_pixels(photograph)
+    upright = (ball.seen.directions[0] < NEAR_NORMAL) & (ball.seen.directions[2] < NEAR_NORMAL)
+    if not upright.any():
+        raise DatasetError("the lamp lights the ball of known albedo at grazing angles only", photograph.name)
+    weight = ball.seen.irradiance[upright] / ball.seen.irradiance[upright].sum()
+    return check_intensity(np.pi / check_albedo(albedo) * photograph.intensity * (weight @ ball.reflectance[upright]),
+                           "ball")
+
+
+def reflected_light(samples: Samples) -> FloatArray:
+    """The share of light from each of `ANGLES` that is reflected, (angles, channels), by a model of lobes fitted to
+    samples."""
+    some = subset(samples, choice(len(samples), _FITTED))
+    offset = float(np.median(np.abs(some.values)))
+    return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], ANGLES)
+
+
+def scale_samples(samples: Samples, albedo: float) -> Samples:
+    """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; notes
+    say that it is a guess, and whether more is reflected then than arrives."""
+    light = reflected_light(samples)
+    factor = float(check_albedo(albedo)) / float(light.mean())
+    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *too_bright(light * factor, albedo))
+    return replace(samples, values=samples.values * factor, notes=notes)

@@ -1,0 +1,199 @@
+"""Where lamps are, by a description: at a place, or far away in a direction; or by highlights on a chrome ball."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import ArrayLike, BoolArray, FloatArray, RealArray
+from ...errors import DatasetError
+from ..description.capture_setup import BallSetup, CaptureSetup, Known, Shot
+from ..pictures.reading import Part, Pictures, read_mask
+from .ball_finding import brightest, disc_outline, find_ball, regions
+from .camera import View
+
+FAR = 1e4                   # sizes of what it lights, to a lamp far away, which lights all of it alike to 1e-4
+_BRIGHT = 0.5               # of the brightest pixel: what is the lamp's image
+_WITHIN = 0.97              # of the ball's radius: pixels at its rim see what is beside it, too
+_SPREAD = 0.3               # of the ball's radius, that this image may have
+_ANOTHER = 0.5              # of its light, from which another patch is another lamp: less is dust, or a reflection
+_ROOM = 1.2                 # times the ball's radius, around its middle, where it is looked for in a sample's pictures
+
+
+class MeasuredPlace(NamedTuple):
+    """What is measured: where it is, (3,), and its size; metres."""
+
+    middle: FloatArray
+    size: float
+
+
+class Lamp(NamedTuple):
+    """A lamp of a description."""
+
+    toward: FloatArray  # its place, metres, or where it is far the unit vector toward it: (3,)
+    is_far: bool
+
+    def place(self, middle: ArrayLike, size: float) -> FloatArray:
+        """The place of the lamp, (3,), for what is in this place and of this size, metres."""
+        return np.asarray(middle, dtype=float) + FAR * size * self.toward if self.is_far else self.toward
+
+
+class Highlight(NamedTuple):
+    """The line from a point of a ball toward the lamp."""
+
+    point: FloatArray       # on the ball: (3,), metres
+    direction: FloatArray   # unit vector: (3,)
+
+    def lamp(self, middle: FloatArray, distance: float | None) -> Lamp:
+        """The lamp on the line that is so far from a place, (3,), metres, or far away.
+
+        Raises DatasetError if the distance is less than that of the ball.
+        """
+        if distance is None:
+            return Lamp(self.direction, True)
+        off = self.point - middle
+        if not distance > np.linalg.norm(off):
+            raise DatasetError(f"a lamp {distance:g} m from the middle of the ball found, expected more than its "
+                               f"radius")
+        along = float(off @ self.direction)
+        return Lamp(np.asarray(self.point + self.direction * (np.sqrt(along ** 2 + distance ** 2 - off @ off) - along)),
+                    False)
+
+
+class ChromeBall(NamedTuple):
+    """A chrome ball; metres."""
+
+    centre: FloatArray
+    radius: float
+
+
+def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: MeasuredPlace) -> list[Lamp | None]:
+    """The lamp of each photograph: at its place, in its direction, or where a chrome ball shows it; None where the
+    photograph of a flat sample shows none."""
+    shots, is_flat = setup.photographs, setup.sample is not None
+    turn = view.orientation if setup.is_by_light_positions else None
+    mirrored = [each for each in shots if each.lamp is None and each.direction is None]
+    if is_flat and len(mirrored) < len(shots):
+        mirrored = []
+    if not mirrored:
+        return [place_lamp(each, what.middle, turn, setup.lamp.ball) for each in shots]
+    chrome = setup.chrome or BallSetup(where="chrome", path=setup.path)
+    if not is_flat:                 # it is in the place of the ball
+        chrome = replace(chrome, centre=what.middle if chrome.centre is None else chrome.centre,
+                         radius=chrome.radius or what.size)
+    ball = _find_chrome_ball(chrome, mirrored, pictures, view)
+    part = _part_around(ball, view) if is_flat else None
+    rays, found = view.rays() if part is None else view.rays(part), list[Lamp | None]()
+    for shot in shots:
+        if shot not in mirrored:
+            found.append(place_lamp(shot, what.middle, turn))
+            continue
+        key = "chrome" if shot.chrome else "files"
+        light, name = pictures.lamp_light(shot, key, part), getattr(shot, key)[0].name
+        try:
+            shown = find_highlight(light.radiance, rays, view.position, *ball, name)
+        except DatasetError:
+            if not is_flat:
+                raise
+            shown = None
+        if shown is None or (is_flat and not shown.direction[2] > 0):       # what is beside it is bright at its rim
+            found.append(None)
+        else:
+            found.append(shown.lamp(what.middle, shot.distance or setup.lamp.distance) if is_flat
+                         else shown.lamp(ball.centre, shot.distance))
+    return found
+
+
+def place_lamp(given: Shot | Known, middle: FloatArray, turn: FloatArray | None = None,
+               ball: FloatArray | None = None) -> Lamp:
+    """The lamp of a photograph that has its place or direction.
+
+    `turn` (3, 3) is from the axes of the direction to the scene's, and the direction holds at `ball` (3,), by default
+    in the middle (3,), which the distance counts from.
+    """
+    if given.lamp is not None:
+        return Lamp(given.lamp, False)
+    if given.direction is None:
+        raise given.error("lamp", "a position, or instead of it a direction")
+    direction = given.direction if turn is None else turn @ given.direction
+    distance = given.distance if isinstance(given, Shot) else None
+    if distance is not None and ball is None:
+        return Lamp(middle + distance * direction, False)
+    return Highlight(middle if ball is None else ball, direction).lamp(middle, distance)
+
+
+def are_far(lamps: Sequence[Lamp], path: Path) -> bool:
+    """Whether the lamps of photographs, one or more, are far. DatasetError if some are, and others are not: it is not
+    known then how bright they are beside each other."""
+    if len({lamp.is_far for lamp in lamps}) > 1:
+        raise DatasetError("some lamps have a place, and some only a direction, expected the same of all: give chrome "
+                           "balls their distance, or places in the place of directions", path)
+    return lamps[0].is_far
+
+
+def _find_chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictures, view: View) -> ChromeBall:
+    """Where the ball is: by a mask; by its centre; or by its outline in pictures of its own. If its radius is not said
+    it lies in the plane z = 0."""
+    mask = read_mask(chrome, view.size)
+    if mask is not None:
+        rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+        part = slice(max(rows[0] - 2, 0), rows[-1] + 3), slice(max(columns[0] - 2, 0), columns[-1] + 3)
+        outline = disc_outline(mask[part], view.rays(part), (chrome.mask or ())[0].name)
+    elif chrome.place is not None and chrome.radius is not None:
+        return ChromeBall(chrome.place, chrome.radius)
+    elif all(each.chrome for each in shots):
+        outline = find_ball(brightest([pictures.lamp_light(each, "chrome").radiance for each in shots]), view.rays(),
+                            f"{chrome.path}: chrome")
+    else:
+        raise chrome.error("mask", "that, or centre (3 numbers) and radius")
+    radius = chrome.radius or float(view.position[2] / (1 - outline.axis[2] / np.sin(outline.half_angle)))
+    return ChromeBall(outline.centre(view.position, radius), radius)
+
+
+def _part_around(ball: ChromeBall, view: View) -> Part:
+    """The rows and columns of pictures that have a ball."""
+    across = _ROOM * ball.radius / float(np.linalg.norm(ball.centre - view.position)) * view.size[1] / view.angle + 2
+    columns, rows = (slice(max(int(each - across), 0), max(int(each + across) + 1, 0))
+                     for each in view.project(ball.centre))
+    return rows, columns
+
+
+def find_highlight(radiance: RealArray, rays: FloatArray, camera: ArrayLike, centre: ArrayLike, radius: float,
+                   name: str = "photograph") -> Highlight:
+    """The line to a lamp whose image a chrome ball shows.
+
+    Its image is the largest bright patch of the radiance, (height, width, channels), which may be saturated. Raises
+    DatasetError if the ball is not in the picture, is dark, or shows more than one lamp.
+    """
+    camera, centre = (np.asarray(place, dtype=float) for place in (camera, centre))
+    axis = centre - camera
+    nearest = rays @ axis
+    miss = np.linalg.norm(axis - nearest[..., None] * rays, axis=-1)
+    grey = np.where((miss < _WITHIN * radius) & (nearest > 0), radiance.mean(axis=2), 0.0)
+    if not grey.max() > 0:
+        raise DatasetError("no highlight found: the chrome ball is not in the picture, or dark", name)
+    bright = _largest_patch(np.where(grey >= _BRIGHT * grey.max(), grey, 0.0), name)
+    ray = np.average(rays[bright], axis=0, weights=grey[bright])
+    ray /= np.linalg.norm(ray)
+    spread = np.linalg.norm(rays[bright] - ray, axis=1).max() * np.linalg.norm(axis)
+    if spread > _SPREAD * radius:
+        raise DatasetError("a highlight as large as the chrome ball found: it is dark, or reflects the room", name)
+    along = float(ray @ axis)
+    point = camera + ray * (along - np.sqrt(max(radius ** 2 - axis @ axis + along ** 2, 0.0)))
+    normal = (point - centre) / radius
+    return Highlight(point, ray - 2 * (ray @ normal) * normal)
+
+
+def _largest_patch(grey: FloatArray, name: str) -> BoolArray:
+    """The pixels above 0 that touch and have most light: (height, width)."""
+    there = grey > 0
+    rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
+    part = np.s_[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+    first, *others = sorted(regions(there[part]), key=lambda each: -float(grey[part][each].sum()))
+    if others and grey[part][others[0]].sum() > _ANOTHER * grey[part][first].sum():
+        raise DatasetError("more than one highlight found on the chrome ball", name)
+    found = np.zeros_like(there)
+    found[part] = first
+    return found

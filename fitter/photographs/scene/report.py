@@ -1,0 +1,27 @@
+"""What is to be said of photographs that were measured."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeVar
+
+from ...quality.verdict import Judgement, prediction_message
+from .photograph import Photograph
+
+_Photograph = TypeVar("_Photograph", bound=Photograph)
+
+
+class Report(NamedTuple):
+    """What is to be said of what was measured: lines, and those of them that say that something is wrong."""
+
+    lines: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+
+def judge_left_out(photographs: Sequence[_Photograph],
+                   error: Callable[[list[_Photograph], _Photograph], float]) -> Judgement | None:
+    """How far the middle photograph is from what the others say of it, in words; None where these are too few.
+
+    The error is relative to its root mean square, of the others and it.
+    """
+    number = len(photographs) // 2
+    others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
+    return None if len(others) < 2 else prediction_message(shot.name, error(others, shot))

@@ -1,0 +1,130 @@
+"""How bright lamps are: their radiant intensity in the units of the pictures, by a description.
+
+A Lambertian of the albedo rho that faces a lamp at the distance d has the radiance rho I / (pi d^2). So a card or a
+painted ball of known albedo tells I in each channel, and with it the colour of the lamp and of the camera.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import ArrayLike, FloatArray
+from ...errors import DatasetError
+from ..description.capture_setup import Known, ScaleSetup
+from ..pictures.picture_files import read_picture_info
+from ..pictures.reading import Pictures
+from .lamps import FAR, Lamp, MeasuredPlace, are_far, place_lamp
+
+GUESSED = "The scale is a guess: an albedo of {} was given"
+NEAR_NORMAL = np.radians(60)    # polar angle up to which real paints are Lambertian enough
+ANGLES = np.arcsin(np.sqrt((np.arange(6) + 0.5) / 6))       # of equal shares of the light that leaves a Lambertian
+_BRIGHTEST = 1.02           # share of the light that a white paint may seem to reflect, by its noise
+
+
+def lamp_intensity(scale: ScaleSetup, pictures: Pictures, channels: int, what: MeasuredPlace, is_far: bool,
+                   by_ball: Callable[[Known, FloatArray, FloatArray], FloatArray] | None = None,
+                   ) -> tuple[FloatArray, tuple[str, ...]]:
+    """The radiant intensity of lamps, (channels,), W/sr in units of the pictures, and a note of where it is from.
+
+    Of lamps far away the intensity that is given is that at a distance of 1 m, which is their irradiance. `by_ball`
+    tells it of a photograph of a ball of known albedo, the lamp's place, and the intensity of one that brings 1.
+    """
+    unit = np.full(channels, (FAR * what.size) ** 2 if is_far else 1.0)     # of a lamp that brings the irradiance 1
+    if scale.albedo is not None:
+        return unit, ("Colours are those that the lamp and the camera give",)
+    if scale.intensity is not None:
+        if scale.intensity.ndim and len(scale.intensity) != channels:
+            raise scale.error("intensity", f"a number above 0, or {channels}")
+        return unit * scale.intensity, ("The lamp's intensity as it was given",)
+    known = scale.ball or scale.card
+    assert known is not None
+    lamp = place_lamp(known, what.middle)
+    are_far([lamp, Lamp(lamp.toward, is_far)], known.path)
+    place = lamp.place(*what)
+    if known.albedo.ndim and len(known.albedo) != channels:
+        raise known.error("albedo", f"a number above 0, or {channels}")
+    if scale.ball is not None and by_ball is not None:
+        return by_ball(known, place, unit), ("Scale and colour by a ball of known albedo",)
+    part = _read_region(known, pictures)
+    try:
+        assert known.normal is not None
+        return (intensity_of_card(part, what.middle, known.normal, place, known.albedo),
+                ("Scale and colour by a card of known albedo",))
+    except DatasetError as error:
+        raise DatasetError(str(error), known.file[0]) from error
+
+
+def resolve_scale(scale: ScaleSetup, what: MeasuredPlace, is_far: bool) -> ScaleSetup:
+    """The scale with what belongs to the places of lamps far away, in the place of directions."""
+    if not is_far or scale.albedo is not None:
+        return scale
+    if scale.intensity is not None:
+        return replace(scale, intensity=scale.intensity * (FAR * what.size) ** 2)
+    card, ball = (each and replace(each, lamp=place_lamp(each, what.middle).place(*what), direction=None)
+                  for each in (scale.card, scale.ball))
+    return replace(scale, card=card, ball=ball)
+
+
+def _read_region(card: Known, pictures: Pictures) -> FloatArray:
+    """The radiance of the pixels that a card fills: (n, channels)."""
+    height, width = read_picture_info(card.file[0]).size
+    left, top, right, bottom = (0, 0, 0, 0) if card.region is None else card.region.astype(int).tolist()
+    if not (0 <= left < right <= width and 0 <= top < bottom <= height):
+        raise card.error("region", f"left, top, right and bottom within {width} x {height} pixels")
+    light = pictures.lamp_light(card, "file", (slice(top, bottom), slice(left, right)))
+    part = light.radiance[light.known]
+    if not len(part):
+        raise DatasetError("the card is saturated", card.file[0])
+    return np.asarray(part)
+
+
+def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, lamp: ArrayLike,
+                      albedo: ArrayLike) -> FloatArray:
+    """The intensity of a lamp whose light is seen on a card in pixels of this radiance, (..., channels): (channels,),
+    W/sr in the units of the radiance.
+
+    The point is where the card is, the normal where it faces, the albedo .18 of a grey one, or one for each channel.
+    Raises DatasetError if the lamp does not light the card, or the card is dark.
+
+    Examples
+    --------
+    >>> intensity_of_card([0.18 / np.pi], (0, 0, 0), (0, 0, 1), (0, 0, 2), 0.18).round(6).tolist()
+    [4.0]
+    """
+    away = np.asarray(lamp, dtype=float) - np.asarray(point, dtype=float)
+    distance = float(np.linalg.norm(away))
+    length = float(np.linalg.norm(np.asarray(normal, dtype=float)))
+    cosine = float(away @ np.asarray(normal, dtype=float)) / (distance * length) if distance * length else 0.0
+    if cosine <= 0:
+        raise DatasetError("the card does not face the lamp")
+    values = np.asarray(radiance, dtype=float)
+    return check_intensity(np.pi * values.reshape(-1, values.shape[-1]).mean(axis=0) * distance ** 2
+                   / (check_albedo(albedo) * cosine), "card")
+
+
+def check_albedo(albedo: ArrayLike) -> FloatArray:
+    """An albedo, or one for each channel. DatasetError where it is none."""
+    albedo = np.asarray(albedo, dtype=float)
+    if not ((albedo > 0) & (albedo <= 1)).all():
+        raise DatasetError(f"an albedo of {albedo.tolist()} found, expected more than 0 and at most 1")
+    return albedo
+
+
+def check_intensity(intensity: FloatArray, what: str) -> FloatArray:
+    """An intensity by what has a known albedo. DatasetError where that was dark."""
+    if not (intensity > 0).all():
+        raise DatasetError(f"the {what} of known albedo is dark in a channel")
+    return np.asarray(intensity)
+
+
+def too_bright(light: FloatArray, albedo: float | None = None) -> tuple[str, ...]:
+    """A note where more is `reflected` than arrives, (angles, channels); `albedo` is the one that was given."""
+    upright = ANGLES < NEAR_NORMAL         # what grazes is a guess
+    most = light[upright].max()
+    if most <= _BRIGHTEST:
+        return ()
+    angle = np.degrees(ANGLES[upright][light[upright].max(axis=1).argmax()])
+    why = ("the lamp's intensity, a card's albedo or a distance is wrong" if albedo is None
+           else f"an albedo of {albedo / most:.2g} is the largest that it can have")
+    return f"More light leaves than arrives, {most:.3g} of it at {angle:.0f} degrees: {why}",
