@@ -33,7 +33,7 @@ from .photographs.ball.measuring import measure_ball
 from .photographs.description.parsing import read
 from .photographs.flat import check_materials
 from .photographs.flat_setup import read_sample
-from .photographs.flat_tiling import tile_size, tiled
+from .photographs.flat_tiling import cut_tile, tile_size
 from .quality import albedo, verdict
 from .quality.describe import describe
 from .storage.files import replace_file
@@ -260,7 +260,7 @@ def _flat(options: argparse.Namespace) -> bool:
     report = flat_maps.report(maps, sample.photographs, sample.albedo)
     lines, doubts = [sample.name, *sample.notes, *sample.doubts, *report.lines], (*sample.doubts, *report.doubts)
     if options.tile:
-        maps = tiled(maps)
+        maps = cut_tile(maps)
         lines.append(tile_size(maps))
     written = flat_maps.write(maps, lines, options.out)
     is_good = _print_messages(lines, doubts)

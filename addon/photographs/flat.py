@@ -20,8 +20,8 @@ from ..core.storage.reading import load_arguments
 from ..work import process, queries
 from ..work.job import Work
 from ..work.modal import Steps
+from . import describing, stage
 from . import settings as photographs
-from . import stage
 from . import work as measuring
 from .operators import LIGHTS, PICTURES, HasPhotographs, MakesScene, blender_light
 from .settings import CHOSEN
@@ -95,7 +95,7 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
         chosen = [each for each in (getattr(settings, name) for name in CHOSEN) if each is not None]
         self._uids = [each.session_uid for each in chosen]
         return process.Calculation(partial(
-            measuring.measure_sample, stage.describe_scene(scene), scene.name, settings.tile,
+            measuring.measure_sample, describing.describe_scene(scene), scene.name, settings.tile,
             [_embedded_fit(each) for each in chosen], load_arguments(_choices(""))))
 
     def prepare(self, result: tuple[measuring.SampleResult, CameraSetup]) -> Steps:

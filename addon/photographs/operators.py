@@ -23,7 +23,7 @@ from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work
 from ..work.modal import AsksForPath, InBackground, Steps
-from . import comparison, stage
+from . import comparison, describing, stage
 from . import settings as photographs
 from . import work as measuring
 
@@ -155,7 +155,7 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
         find = measuring.find_outline if photographs.get(scene).ball else measuring.camera_by_corners
-        return process.Calculation(partial(find, stage.describe_scene(scene, whole=False), scene.name))
+        return process.Calculation(partial(find, describing.describe_scene(scene, whole=False), scene.name))
 
     def apply(self, _context: bpy.types.Context, found: Any) -> None:
         settings = photographs.get(self.scene())
@@ -185,7 +185,7 @@ light positions (.lp, a project of relight); the lamp of this photograph by one 
         is_one = len(paths) == 1 and Path(paths[0]).suffix.lower() not in measuring.LIGHT_POSITIONS
         shots = [photographs.active(settings)] if is_one else [*settings.photographs]
         self._lamps = [None if each.lamp is None else each.lamp.session_uid for each in shots]
-        return process.Calculation(partial(measuring.lamps_by, stage.describe_scene(scene, shots, whole=False),
+        return process.Calculation(partial(measuring.lamps_by, describing.describe_scene(scene, shots, whole=False),
                                            scene.name, paths, self.distance, bpy.path.abspath(settings.chrome_mask)))
 
     def apply(self, _context: bpy.types.Context, places: list[list[float] | None]) -> None:
@@ -217,8 +217,8 @@ them"""
             raise ValueError(f"Save As: {path.parent}: not a folder" if settings.samples
                              else "Save As is empty: name the file of the samples")
         return process.Calculation(partial(
-            measuring.measure_ball, stage.describe_scene(scene), scene.name, str(path), fit_arguments(self._choices),
-            load_arguments(self._choices)))
+            measuring.measure_ball, describing.describe_scene(scene), scene.name, str(path),
+            fit_arguments(self._choices), load_arguments(self._choices)))
 
     def prepare(self, result: measuring.BallResult) -> Steps:
         yield 0.95, "Compiling"
@@ -266,7 +266,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
         shot = photographs.active(photographs.get(scene))
-        description = stage.describe_scene(scene, [shot], whole=False)
+        description = describing.describe_scene(scene, [shot], whole=False)
         self._lamp, self._folder = shot.lamp.session_uid, process.temporary()
         comparison.write_request(Path(self._folder.name), scene, description)
         return Command("photograph", self._folder.name)

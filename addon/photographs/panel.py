@@ -12,8 +12,8 @@ from ..core.storage.properties import draw_presets
 from ..panel.layout import draw_warning, draw_wrapped, name_beside_value, picture_scale
 from ..panel.main import draw_running
 from ..work import icons
+from . import describing
 from . import settings as photographs
-from . import stage
 from .comparison import TIMES
 from .flat import MEASUREDBRDF_OT_measure_sample
 from .operators import (
@@ -42,8 +42,8 @@ class MEASUREDBRDF_UL_photographs(bpy.types.UIList):
         row.label(text=item.name if len(item.name) <= _NAME else f"…{item.name[-_NAME:]}")
         lamp = item.lamp
         if lamp is not None and None not in (photographs.surface(data), data.camera):
-            placed = stage.is_placed(lamp)
-            row.label(text=f"{math.degrees(stage.phase_angle(data, lamp)):.0f}°" if placed else "not placed",
+            placed = describing.is_placed(lamp)
+            row.label(text=f"{math.degrees(describing.phase_angle(data, lamp)):.0f}°" if placed else "not placed",
                       icon="NONE" if placed else "ERROR")
 
 
@@ -70,7 +70,7 @@ class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
         row.template_list(MEASUREDBRDF_UL_photographs.__name__, "", settings, "photographs", settings, "active",
                           rows=_ROWS)
         row.operator(MEASUREDBRDF_OT_measure_photographs.bl_idname, text="", icon="ADD").to_scene = True
-        _draw_photograph(layout, photographs.active(settings), stage.is_flat(settings))
+        _draw_photograph(layout, photographs.active(settings), photographs.is_flat(settings))
         _draw_work(layout, settings)
 
 
@@ -101,7 +101,7 @@ def _draw_work(layout: bpy.types.UILayout, settings: Any) -> None:
     """Draw what is done with the photographs; while a job runs its progress."""
     if draw_running(layout.row(align=True)):
         return
-    if stage.is_flat(settings):
+    if photographs.is_flat(settings):
         layout.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_PLANE", text="Camera by Corners")
         layout.operator(MEASUREDBRDF_OT_measure_sample.bl_idname, icon="MATERIAL")
     else:
@@ -122,7 +122,7 @@ class MEASUREDBRDF_PT_photographs_stage(_Sidebar, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = _layout(self), photographs.get(not_none(context.scene))
         if settings.camera is not None:
-            if stage.is_flat(settings):
+            if photographs.is_flat(settings):
                 layout.prop(settings, "is_far", text="Camera Far Away")
             else:
                 layout.prop(settings.camera, "location", text="Camera")
@@ -135,7 +135,7 @@ class MEASUREDBRDF_PT_photographs_stage(_Sidebar, bpy.types.Panel):
         lamp = photographs.active(settings).lamp
         if lamp is not None:
             layout.prop(lamp.data, "shadow_soft_size", text="Lamp Radius")
-        is_flat = stage.is_flat(settings)
+        is_flat = photographs.is_flat(settings)
         for name in ("dark", "flat", "chrome_mask", *(("finds_brightness",) if is_flat else ("mask",)), "encoding",
                      "matrix", *(() if is_flat else ("samples",))):
             layout.prop(settings, name)
@@ -149,7 +149,7 @@ class MEASUREDBRDF_PT_photographs_sample(_Sidebar, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return stage.is_flat(photographs.get(not_none(context.scene)))
+        return photographs.is_flat(photographs.get(not_none(context.scene)))
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = _layout(self), photographs.get(not_none(context.scene))
@@ -183,7 +183,7 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
         fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), BALL: ("known", "known_albedo", "known_lamp"),
                   CARD: ("known", "known_albedo", "known_lamp", "normal")}[settings.scale or GUESS]
         for name in fields:
-            if name != "normal" or not stage.is_flat(settings):
+            if name != "normal" or not photographs.is_flat(settings):
                 layout.prop(settings, name)
         if settings.scale == CARD:
             column = layout.column(align=True)

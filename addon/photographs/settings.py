@@ -206,6 +206,11 @@ def surface(settings: Any) -> Any:
     return settings.ball or settings.sample
 
 
+def is_flat(settings: Any) -> bool:
+    """Whether the photographs are of a flat sample: its corners are in them, whether or not its object is."""
+    return any(settings.corners)
+
+
 def lamps(settings: Any) -> Iterator[bpy.types.Object]:
     """The lamps of all photographs."""
     yield from (each.lamp for each in settings.photographs if each.lamp is not None)

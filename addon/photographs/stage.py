@@ -1,7 +1,4 @@
-"""A description of photographs as a scene, with a camera, a ball or a flat sample, and lamps; and that of such a scene.
-
-It is what `python -m fitter photographs` and `flat` read, as `fitter.photographs.description` has it.
-"""
+"""A description of photographs as a scene, with a camera, a ball or a flat sample, and lamps."""
 
 import json
 import math
@@ -12,17 +9,15 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix, Vector, geometry
+from mathutils import Matrix, Vector
 
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs import flat_setup
 from ...fitter.photographs.capture import Resolved
 from ...fitter.photographs.description.capture_setup import (
     BallSetup,
     CameraSetup,
     CaptureSetup,
-    Description,
     SampleSetup,
     Shot,
 )
@@ -32,13 +27,11 @@ from ..core.blender import osl_support
 from ..core.shading import look, material
 from ..core.storage import paths
 from . import settings as photographs
-from .settings import AS_THE_FILE_SAYS, BALL, GUESS, INTENSITY
-from .work import LENS, SENSOR, START
+from .describing import NEAR, position
+from .work import LENS, SENSOR
 
 _SAMPLES, _IN_VIEW = 64, 16         # per pixel: of renders, and of the 3D view, which else competes with the workers
-_NEAR = 1e-6                # m: an object so near a place is there
 _PREVIEW = 0.2, 0.2         # albedo and roughness of the ball until it is measured: a highlight to be seen
-_ON_CURVE = 9               # points of a mask's curve between two of its own
 _HALF = 0.5                 # opacity of the photograph before the ball
 
 
@@ -172,148 +165,42 @@ def _object(scene: bpy.types.Scene, name: str, data: Any) -> bpy.types.Object:
 
 def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bpy.types.Light) -> None:
     """Store what no object says."""
-    matrix, given = setup.camera.matrix, setup.ball or setup.need_sample()
-    for name, value in (("dark", _one(setup.lamp.dark)), ("flat", _one(setup.lamp.flat)),
-                        ("mask", _one(given.mask)), ("encoding", setup.camera.encoding),
-                        ("matrix", "" if matrix is None else json.dumps(matrix.tolist()))):
-        if value:
-            setattr(settings, name, value)
-    if setup.sample is not None:
-        _store_sample(settings, setup, scene)
-    scale = setup.scale
-    settings.scale = scale.ways[0]
-    if scale.albedo is not None:
-        settings.albedo = scale.albedo
-    if scale.intensity is not None:
-        settings.intensity = np.broadcast_to(scale.intensity, 3)
+    lamp, matrix, scale, surface = setup.lamp, setup.camera.matrix, setup.scale, setup.ball or setup.need_sample()
+    values: dict[str, Any] = {
+        "dark": _only_file(lamp.dark), "flat": _only_file(lamp.flat), "mask": _only_file(surface.mask),
+        "encoding": setup.camera.encoding, "matrix": None if matrix is None else json.dumps(matrix.tolist()),
+        "scale": scale.ways[0], "albedo": scale.albedo,
+        "intensity": None if scale.intensity is None else np.broadcast_to(scale.intensity, 3)}
     known = scale.card or scale.ball
     if known is not None:
-        settings.known, settings.known_albedo = _one(known.file), np.broadcast_to(known.albedo, 3)
-        settings.known_exposure = 0.0 if known.exposures is None else known.exposures[0]
         place = not_none(known.lamp)
-        settings.known_lamp = next((lamp for lamp in photographs.lamps(settings)
-                                    if np.linalg.norm(_place(lamp) - place) < _NEAR), None) or _lamp(
-                                        scene, "the scale", light, place)
-        settings.known_lamp.hide_render = settings.known_lamp.hide_viewport = True
-        if known.normal is not None:
-            settings.normal = known.normal
-        if known.region is not None:
-            settings.region = known.region.astype(int).tolist()
+        same = (each for each in photographs.lamps(settings) if np.linalg.norm(position(each) - place) < NEAR)
+        shown = next(same, None) or _lamp(scene, "the scale", light, place)
+        shown.hide_render = shown.hide_viewport = True
+        values |= {"known": _only_file(known.file), "known_lamp": shown, "normal": known.normal,
+                   "known_albedo": np.broadcast_to(known.albedo, 3),
+                   "known_exposure": 0.0 if known.exposures is None else known.exposures[0],
+                   "region": None if known.region is None else known.region.astype(int).tolist()}
+    if setup.sample is not None:
+        outline, size = setup.sample.outline, (scene.render.resolution_y, scene.render.resolution_x)
+        values |= {"corners": np.ravel(_numbers(setup.sample.corners)).tolist(), "texels": round(setup.texels or 0),
+                   "drawn_outline": None if outline is None else _mask("Outline", outline, size),
+                   "finds_brightness": isinstance(lamp.brightness, str),
+                   "count": str(setup.materials) if isinstance(setup.materials, int) else None}
+        if isinstance(lamp.brightness, np.ndarray):
+            for shot, brightness in zip(settings.photographs, lamp.brightness, strict=True):
+                shot.brightness = brightness
+    for name, value in values.items():
+        if value is not None:
+            setattr(settings, name, value)
 
 
-def _store_sample(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene) -> None:
-    sample, size, brightness = setup.need_sample(), _picture_size(scene), setup.lamp.brightness
-    settings.corners = np.ravel(_numbers(sample.corners)).tolist()
-    if sample.outline is not None:
-        settings.drawn_outline = _mask("Outline", sample.outline, size)
-    settings.finds_brightness = isinstance(brightness, str)
-    for shot, each in zip(settings.photographs, brightness if isinstance(brightness, np.ndarray) else (), strict=False):
-        shot.brightness = each
-    settings.texels = round(setup.texels or 0)
-    settings.count = str(setup.materials) if isinstance(setup.materials, int) else settings.count
-
-
-def _one(files: Sequence[Path] | None) -> str:
-    """The only file; empty where there is none."""
+def _only_file(files: Sequence[Path] | None) -> str | None:
+    """The only file; None where there is none."""
     if files and len(files) > 1:
         raise DatasetError(f"{len(files)} files found, expected one: a scene holds several exposures of photographs "
                            f"alone", files[0])
-    return str(files[0].absolute()) if files else ""
-
-
-def describe_scene(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
-    """The description of some photographs of a scene; by default of those that are used.
-
-    By default it is `whole`: what is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
-    Raises ValueError if an object has been deleted, or the whole is not there.
-    """
-    settings = photographs.get(scene)
-    shots = shots or [each for each in settings.photographs if each.used]
-    if not shots:
-        raise ValueError("No photograph of this scene is used")
-    camera = _there(scene, settings.camera, "camera")
-    lens: Any = camera.data
-    first = _there(scene, shots[0].lamp, f"lamp of {shots[0].name}")
-    light: Any = first.data
-    described: Description = {
-        "name": scene.name, "camera": {"field_of_view": math.degrees(cameras.lens_angle(lens.lens,
-                                                                                          lens.sensor_width))},
-        "lamp": {name: bpy.path.abspath(path) for name, path in (("dark", settings.dark), ("flat", settings.flat))
-                 if path},
-        "scale": {settings.scale: _scale(scene, settings)} if whole else {INTENSITY: 1.0},
-        "photograph": [_shot(scene, each, whole) for each in shots]}
-    if is_flat(settings):
-        _describe_sample(scene, settings, shots, described)
-    else:
-        _describe_ball(scene, settings, described, light.shadow_soft_size)
-    if settings.encoding not in ("", AS_THE_FILE_SAYS):
-        described["camera"]["encoding"] = settings.encoding
-    if settings.matrix:
-        described["camera"]["matrix"] = _matrix(settings.matrix)
-    return described
-
-
-def is_flat(settings: Any) -> bool:
-    """Whether the photographs are of a flat sample: its corners are in them, whether or not its object is."""
-    return any(settings.corners)
-
-
-def _describe_ball(scene: bpy.types.Scene, settings: Any, described: Description, lamp_radius: float) -> None:
-    pose, ball = np.array(_pose(settings.camera)), _there(scene, settings.ball, "ball")
-    away = pose[:3, :3] / np.linalg.norm(pose[:3, :3], axis=0)
-    described["camera"] |= {"position": pose[:3, 3].tolist(), "look_at": (pose[:3, 3] - away[:, 2]).tolist(),
-                            "up": away[:, 1].tolist()}
-    described["ball"] = {"centre": _place(ball).tolist(), "radius": settings.radius}
-    if lamp_radius:
-        described["lamp"]["radius"] = lamp_radius
-    if settings.mask:
-        described["ball"]["mask"] = bpy.path.abspath(settings.mask)
-
-
-def _picture_size(scene: bpy.types.Scene) -> tuple[int, int]:
-    return scene.render.resolution_y, scene.render.resolution_x
-
-
-def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any], described: Description) -> None:
-    size = _picture_size(scene)
-    _there(scene, settings.sample, "sample")
-    corners = np.reshape(settings.corners, (4, 2))
-    if settings.drawn_corners is not None:
-        corners = flat_setup.order_corners(drawn_corners(settings.drawn_corners), size)
-    described["sample"] = {"width": settings.width, "height": settings.height, "corners": corners.tolist()}
-    if settings.drawn_outline is not None:
-        described["sample"]["outline"] = flat_setup.to_pixels(drawn_outline(settings.drawn_outline), size).tolist()
-    if settings.mask:
-        described["sample"]["mask"] = bpy.path.abspath(settings.mask)
-    if settings.is_far:
-        described["camera"]["position"] = "far"
-    brightness = [each.brightness for each in shots]
-    if settings.finds_brightness:
-        described["lamp"]["brightness"] = "found"
-    elif any(each != 1 for each in brightness):
-        described["lamp"]["brightness"] = brightness
-    if settings.texels:
-        described["texels"] = settings.texels
-    if int(settings.count or 0):
-        described["materials"] = int(settings.count)
-
-
-def drawn_corners(mask: Any) -> FloatArray:
-    """The four points of a mask, (4, 2), as `flat_setup.order_corners` takes them."""
-    if [len(each.points) for each in _splines(mask)] != [4]:
-        raise ValueError(f"Corners: {mask.name!r} is not a mask of one spline with four points")
-    return np.array([tuple(point.co) for point in _splines(mask)[0].points]) - 0.5
-
-
-def drawn_outline(mask: Any) -> FloatArray:
-    """The only curve of a mask as a polygon, (n, 2), in the same coordinates."""
-    if len(_splines(mask)) != 1 or len(_splines(mask)[0].points) < 3:
-        raise ValueError(f"Drawn Mask: {mask.name!r} is not a mask of one spline with three points or more")
-    points = list(_splines(mask)[0].points)
-    curve = [place for one, other in zip(points, [*points[1:], points[0]], strict=True)
-             for place in geometry.interpolate_bezier(one.co, one.handle_right, other.handle_left, other.co,
-                                                      _ON_CURVE)[:-1]]
-    return np.array([place[:2] for place in curve]) - 0.5
+    return str(files[0].absolute()) if files else None
 
 
 def _mask(name: str, outline: FloatArray, size: tuple[int, int]) -> bpy.types.Mask:
@@ -327,80 +214,3 @@ def _mask(name: str, outline: FloatArray, size: tuple[int, int]) -> bpy.types.Ma
         point.handle_left_type = point.handle_right_type = "FREE"
         point.co = point.handle_left = point.handle_right = at.tolist()
     return mask
-
-
-def _splines(mask: Any) -> list[Any]:
-    return [spline for layer in mask.layers for spline in layer.splines]
-
-
-def _there(scene: bpy.types.Scene, item: bpy.types.Object | None, what: str) -> bpy.types.Object:
-    if item is None or item.name not in scene.objects:
-        raise ValueError(f"The {what} has been deleted from {scene.name}: undo, or import the photographs again")
-    return item
-
-
-def _pose(item: bpy.types.Object) -> Matrix:
-    """Where an object is, also where it is hidden, of which Blender evaluates nothing."""
-    if item.parent is None:
-        return item.matrix_basis.copy()
-    return _pose(item.parent) @ item.matrix_parent_inverse @ item.matrix_basis
-
-
-def _place(item: bpy.types.Object) -> FloatArray:
-    return np.array(_pose(item).translation, dtype=float)
-
-
-def is_placed(lamp: bpy.types.Object) -> bool:
-    """Whether somebody has said where a lamp stood."""
-    return bool(np.linalg.norm(_place(lamp) - START) > _NEAR)
-
-
-def phase_angle(settings: Any, lamp: bpy.types.Object) -> float:
-    """The angle between a lamp and the camera, seen from the ball, radians; of a sample, between lamp and normal."""
-    if settings.ball is None:
-        return Vector(_place(lamp).tolist()).angle((0, 0, 1), 0.0)
-    to_lamp, to_camera = (Vector((_place(item) - _place(settings.ball)).tolist()) for item in (lamp, settings.camera))
-    return to_lamp.angle(to_camera, 0.0)
-
-
-def _shot(scene: bpy.types.Scene, shot: Any, whole: bool) -> Description:
-    lamp = _there(scene, shot.lamp, f"lamp of {shot.name}")
-    if whole and not is_placed(lamp):
-        raise ValueError(f"{shot.name}: say where the lamp stood, by its location, by moving it, or by a chrome ball")
-    described: Description = {"files": [bpy.path.abspath(each.filepath) for each in shot.files],
-                              "lamp": _place(lamp).tolist()}
-    if any(each.exposure for each in shot.files):
-        described["exposures"] = [each.exposure for each in shot.files]
-    return described
-
-
-def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
-    if settings.scale == GUESS:
-        return settings.albedo
-    if settings.scale == INTENSITY:
-        return _same_or_three(settings.intensity)
-    if not settings.known:
-        raise ValueError("Scale: choose the photograph of the card or the white ball")
-    described = {"file": bpy.path.abspath(settings.known), "albedo": _same_or_three(settings.known_albedo),
-             "lamp": _place(_there(scene, settings.known_lamp, "lamp of the card or the white ball")).tolist()}
-    if settings.known_exposure:
-        described["exposures"] = [settings.known_exposure]
-    if is_flat(settings):
-        if settings.scale == BALL:
-            raise ValueError("Scale: a white ball has no place beside a flat sample: choose the card, or a guess")
-        return described | {"region": list(settings.region)}
-    if settings.scale == BALL:
-        return described
-    return described | {"normal": list(settings.normal), "region": list(settings.region)}
-
-
-def _same_or_three(values: Sequence[float]) -> float | list[float]:
-    """One number for three that are the same, which pictures of one channel need."""
-    return values[0] if len(set(values)) == 1 else list(values)
-
-
-def _matrix(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except ValueError:
-        return text             # the fitter says what it expects

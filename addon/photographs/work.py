@@ -25,7 +25,7 @@ from ...fitter.photographs.description.folders import PICTURES, SUFFIXES, descri
 from ...fitter.photographs.description.parsing import parse, read
 from ...fitter.photographs.flat import check_materials
 from ...fitter.photographs.flat_setup import read_sample
-from ...fitter.photographs.flat_tiling import tile_size, tiled
+from ...fitter.photographs.flat_tiling import cut_tile, tile_size
 from ...fitter.photographs.pictures.light import Light
 from ...fitter.photographs.pictures.picture_files import PictureInfo, read_picture_info
 from ...fitter.photographs.pictures.reading import Pictures
@@ -283,7 +283,7 @@ def measure_sample(description: Description, name: str, is_tile: bool, chosen: S
     """Measure the flat sample of a scene's description, in the words of its panel, and where the camera was.
 
     It is a mix of chosen materials, else of those that are found; `how` are keyword arguments of `fitter.load`. A tile
-    is `flat_tiling.tiled`. Raises DatasetError, ValueError.
+    is `flat_tiling.cut_tile`. Raises DatasetError, ValueError.
     """
     setup, space = parse(description, name), how["colours"]
     with progress.part(0.0, 0.3, "Reading"):
@@ -297,7 +297,7 @@ def measure_sample(description: Description, name: str, is_tile: bool, chosen: S
     told = *sample.notes, *sample.doubts, *report.lines
     if is_tile:
         with progress.part(0.85, 0.95):
-            maps = tiled(maps)
+            maps = cut_tile(maps)
         told = *told, tile_size(maps)
     with progress.part(0.95, 1.0):
         outcomes = [] if fits else [tasks.outcome_alone(replace(each, name=f"{sample.name}: {each.name}"), space)

@@ -30,7 +30,7 @@ from ..samples import RGB, Samples
 from .ball.binning import bin_samples
 from .ball.coverage import LEAST, difference_angle
 from .description.capture_setup import MOST_MATERIALS
-from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
+from .flat_judging import UNCONSTRAINED, predict_unconstrained, relative_errors
 from .flat_photograph import Observed
 from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
 from .scene.photograph import STEEPEST, to_local_angles
@@ -67,7 +67,7 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
     texels have the weight 1. Raises DatasetError, which names the file `name`, if too few texels are seen under enough
     lamps.
     """
-    grey = solved(_lobes(), _grey(seen), frame)
+    grey = solved(_lobes(), _mean_channels(seen), frame)
     progress.report(0.1)
     enough = np.flatnonzero(grey.used.sum(axis=1) >= _FEWEST)
     if len(enough) < _LEAST_TEXELS:
@@ -79,14 +79,14 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
         count, notes = _best_count(seen, frame)
     equations = _equations(seen, texels, frame)
     if count < 1:
-        return tuple(_fit_of(each, f"Part {k}", seen)
+        return tuple(_fit_model(each, f"Part {k}", seen)
                      for k, each in enumerate(_own(equations, count == NONE), start=1)), notes
-    mixed, _ = _mixed_of(equations, count)
+    mixed = _factorise(equations, count)
     models: Sequence[Reflectance] = _models(mixed.strengths)
     texels = texels._replace(weights=mixed.weights)
     for number in range(_REFINED):
         with progress.part(0.1 + 0.45 * number, 0.1 + 0.45 * (number + 1)):
-            samples = [_pooled(models, seen, frame, texels, material) for material in range(len(models))]
+            samples = [_pool_samples(models, seen, frame, texels, material) for material in range(len(models))]
             fits = tuple(fit(each, **PRESETS["Standard"]) for each in progress.each(samples))
             if number + 1 < _REFINED:
                 texels, models = solved(fits, seen, frame, texels.slopes), fits
@@ -98,7 +98,7 @@ def _lobes() -> list[Microfacet]:
     return _models(np.eye(1 + len(_WIDTHS))[:, None])
 
 
-def _grey(seen: Observed) -> Observed:
+def _mean_channels(seen: Observed) -> Observed:
     """The same in the mean over channels, of light that is as bright in all."""
     brought = seen.lit.brought.mean(axis=2, keepdims=True)
     balance = brought / seen.lit.brought
@@ -108,11 +108,10 @@ def _grey(seen: Observed) -> Observed:
 
 
 class _Equations(NamedTuple):
-    """Normal equations of the strengths d of j lobes: the squared errors are d gram d - 2 right d + square."""
+    """Normal equations gram d = right of the strengths d of j lobes."""
 
     gram: FloatArray    # (n, channels, j, j)
     right: FloatArray   # (n, channels, j)
-    square: FloatArray  # over all channels: (n,)
 
 
 class _Mixed(NamedTuple):
@@ -123,9 +122,8 @@ class _Mixed(NamedTuple):
 def _equations(seen: Observed, texels: Texels, frame: FloatArray) -> _Equations:
     share = texels.used[..., None] / scale_of(seen, seen.radiance, texels.used, _OF_LOBES)
     unit = radiances(_lobes(), seen.lit, normals_of(texels.slopes, frame), texels.used) * share[..., None]
-    values = seen.radiance * share
-    return _Equations(np.einsum("npcj,npck->ncjk", unit, unit), np.einsum("npcj,npc->ncj", unit, values),
-                      np.einsum("npc,npc->n", values, values))
+    return _Equations(np.einsum("npcj,npck->ncjk", unit, unit),
+                      np.einsum("npcj,npc->ncj", unit, seen.radiance * share))
 
 
 def _models(strengths: FloatArray) -> list[Microfacet]:
@@ -137,7 +135,7 @@ def _models(strengths: FloatArray) -> list[Microfacet]:
 def _own(equations: _Equations, shines: bool = True) -> list[Microfacet]:
     """A Lambertian of each channel, and where it shines a lobe of the sample's mean: what mixes to each texel's own
     Lambertian."""
-    gram, right = (each.sum(axis=0) for each in equations[:2])
+    gram, right = (each.sum(axis=0) for each in equations)
     whole = nonnegative_least_squares(gram + _ridge(gram), right)
     channels, lobes = whole.shape
     parts = np.zeros((channels + 1, channels, lobes))
@@ -146,7 +144,7 @@ def _own(equations: _Equations, shines: bool = True) -> list[Microfacet]:
     return _models(parts if shines and whole[:, 1:].any() else parts[:channels])
 
 
-def _fit_of(model: Microfacet, name: str, seen: Observed) -> Fit:
+def _fit_model(model: Microfacet, name: str, seen: Observed) -> Fit:
     """A model as it is in the directions of a sphere, fitted."""
     channels = seen.radiance.shape[2]
     light, view, azimuth = (each.ravel() for each in np.meshgrid(_FIT_POLAR, _FIT_POLAR, _FIT_AZIMUTH, indexing="ij"))
@@ -160,20 +158,20 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
     """How many materials, or `NONE`, predict photographs that are left out best; and what is to be said of it."""
     some = np.linspace(0, len(seen.good) - 1, min(len(seen.good), _JUDGED)).astype(int)
     shots = np.unique(np.linspace(0, seen.good.shape[1] - 1, _SHOTS).astype(int))
-    seen, count = seen.some(some).shots(shots), len(shots)
+    seen, count = seen.some(some).some(np.s_[:, shots]), len(shots)
     errors: dict[int | str, list[tuple[float, float]]] = {}
     for fold in range(min(_FOLDS, count)):
         left = np.arange(count) % _FOLDS == fold
         used, other = (seen._replace(good=seen.good & which) for which in (~left, left))
         if (used.good.sum(axis=1) < _FEWEST).all():
             continue
-        grey = solved(_lobes(), _grey(used), frame)
+        grey = solved(_lobes(), _mean_channels(used), frame)
         enough = np.flatnonzero(grey.used.sum(axis=1) >= _FEWEST)
         if len(enough) < _LEAST_TEXELS:
             continue
         used, other, texels = used.some(enough), other.some(enough), grey.part(enough)
         equations = _equations(used, texels, frame)
-        ways = {number: _models(_mixed_of(equations, number)[0].strengths)
+        ways = {number: _models(_factorise(equations, number).strengths)
                 for number in range(1, MOST_MATERIALS + 1)} | {
                         NONE: _own(equations), DULL: _own(equations, False)}
         for way, models in ways.items():
@@ -183,7 +181,7 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
                 found = solved(models, used, frame, found.slopes, prior)
             unit = radiances(models, other.lit, normals_of(found.slopes, frame), other.good)
             errors.setdefault(way, []).extend(_both_errors(np.einsum("npcm,nm->npc", unit, found.weights), other))
-        for name, expected in unconstrained(used, other, frame).items():
+        for name, expected in predict_unconstrained(used, other, frame).items():
             errors.setdefault(name, []).extend(_both_errors(expected, other))
     if not errors:
         return 1, ()
@@ -213,11 +211,11 @@ def _both_errors(expected: FloatArray, seen: Observed) -> list[tuple[float, floa
         np.cbrt(expected), seen._replace(radiance=np.cbrt(seen.radiance))), strict=True))
 
 
-def _mixed_of(equations: _Equations, count: int) -> tuple[_Mixed, float]:
-    """So many materials, and the sum of squared errors."""
+def _factorise(equations: _Equations, count: int) -> _Mixed:
+    """So many materials, and how much each texel has of them."""
     channels, lobes = equations.right.shape[1:]
     # where they tell little of a texel, its strengths are those of the whole sample
-    gram, right = (each.sum(axis=0) for each in equations[:2])
+    gram, right = (each.sum(axis=0) for each in equations)
     whole = np.linalg.solve(gram + _ridge(gram), right[..., None])[..., 0]
     pull = 0.3 * np.einsum("ncjj->nc", equations.gram)[..., None] / lobes + np.finfo(float).tiny
     each = np.linalg.solve(equations.gram + pull[..., None] * np.eye(lobes),
@@ -234,9 +232,7 @@ def _mixed_of(equations: _Equations, count: int) -> tuple[_Mixed, float]:
         strengths = _strengths(equations, weights)
     weights = _weights(equations, strengths)
     order = np.argsort(-(weights.sum(axis=0) * strengths.sum(axis=(1, 2))), kind="stable")
-    gram, right = _weight_equations(equations, strengths)
-    cost = equations.square - 2 * (weights * right).sum(axis=1) + np.einsum("nm,nmk,nk->n", weights, gram, weights)
-    return _Mixed(weights[:, order], strengths[order]), float(cost.sum())
+    return _Mixed(weights[:, order], strengths[order])
 
 
 def _edges(places: FloatArray) -> list[IntArray]:
@@ -287,19 +283,19 @@ def _strengths(equations: _Equations, weights: FloatArray, free: bool = False) -
     return np.asarray(found.reshape(channels, m, lobes).swapaxes(0, 1))
 
 
-def _pooled(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, texels: Texels,
+def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, texels: Texels,
             material: int) -> Samples:
     """What texels that are mostly of one material show of it, about their normals."""
-    def of_all(slopes: FloatArray) -> FloatArray:
+    def radiances_at(slopes: FloatArray) -> FloatArray:
         return radiances(models, seen.lit, normals_of(slopes, frame), texels.used) * texels.weights[:, None, None]
 
-    each = of_all(texels.slopes)
+    each = radiances_at(texels.slopes)
     bright = each.sum(axis=(1, 2))
     share = bright[:, material] / np.maximum(bright.sum(axis=1), np.finfo(float).tiny)
     which = np.argsort(-share, kind="stable")[:max(_FITTED, int((share > _MOSTLY).sum()))]
     which = which[share[which] > 0]
     others = (each.sum(axis=3) - each[..., material])[which]
-    change = np.stack([(of_all(texels.slopes + shift) - each)[which].sum(axis=3) / DIFFERENCE
+    change = np.stack([(radiances_at(texels.slopes + shift) - each)[which].sum(axis=3) / DIFFERENCE
                        for shift in DIFFERENCE * np.eye(2)], axis=3)
     by_slope = np.einsum("npci,nij,npcj->npc", change, np.linalg.inv(texels.precision[which]), change)
     radiance = seen.radiance[which]
@@ -315,13 +311,13 @@ def _pooled(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, te
     values, deviation = (radiance - others)[used] / brought, (wrong / np.where(own > 0, own, 1))[used]
     if len(values) > _SAMPLES:
         directions, values, deviation = bin_samples(directions, values, deviation, _SAMPLES)
-    directions, values, deviation = _without_retro_peak(directions, values, deviation)
+    directions, values, deviation = _extend_to_camera(directions, values, deviation)
     channels = RGB if values.shape[1] == len(RGB) else ("grey",)
     return Samples(*directions, values, channels, f"Material {material + 1}", "photographs of a flat sample",
                    (f"{len(which):,} texels",), deviation=deviation)
 
 
-def _without_retro_peak(directions: Directions, values: FloatArray,
+def _extend_to_camera(directions: Directions, values: FloatArray,
                         deviation: FloatArray) -> tuple[Directions, FloatArray, FloatArray]:
     """The same, and where no lamp stood as near to the camera, values as under those that stood nearest, at the same
     half vectors: a lamp that is brighter than is said would otherwise be taken for the foot of a retro-reflection."""

@@ -15,7 +15,6 @@ from ..model import Reflectance
 from .flat_photograph import Observed
 from .flat_solving import Texels, normals_of, radiances, solved
 
-UNCONSTRAINED = "Lambertian", "PTM"
 _RIDGE = 1e-6
 _LEAST_SEEN = 10            # values of a photograph that can be judged
 _TRIED = 30                 # texels by which photographs are taken out in turn
@@ -42,10 +41,10 @@ def relative_errors(expected: FloatArray, seen: Observed) -> list[float]:
     return [float(each) for each in off[told] / size[told]]
 
 
-def unconstrained(used: Observed, other: Observed, frame: FloatArray) -> dict[str, FloatArray]:
+def predict_unconstrained(used: Observed, other: Observed, frame: FloatArray) -> dict[str, FloatArray]:
     """What a Lambertian and a PTM of each texel and channel expect of other photographs: (n, p, channels) each."""
     return {name: np.maximum(_linear(basis, used, other, frame), 0) * other.lit.brought
-            for name, basis in zip(UNCONSTRAINED, (_lambertian, _polynomial), strict=True)}
+            for name, basis in UNCONSTRAINED.items()}
 
 
 def lamp_brightness(seen: Observed, frame: FloatArray) -> FloatArray:
@@ -66,7 +65,7 @@ def lamp_brightness(seen: Observed, frame: FloatArray) -> FloatArray:
         brightness = np.maximum(brightness, _LEAST_COSINE * np.median(brightness, axis=0) + np.finfo(float).tiny)
         brightness /= np.exp(np.log(brightness).mean(axis=0))
         equal = seen._replace(radiance=seen.radiance / brightness)
-        expected = np.maximum(_linear(_lambertian, equal, equal, frame), 0)
+        expected = np.maximum(_linear(np.asarray, equal, equal, frame), 0)
     return brightness
 
 
@@ -80,13 +79,12 @@ def _linear(basis: Callable[[FloatArray], FloatArray], used: Observed, other: Ob
     return np.asarray(np.einsum("npi,nic->npc", there, np.linalg.solve(gram, right)))
 
 
-def _lambertian(light: FloatArray) -> FloatArray:
-    return light
-
-
 def _polynomial(light: FloatArray) -> FloatArray:
     x, y = light[..., 0], light[..., 1]
     return np.stack([x * x, y * y, x * y, x, y, np.ones_like(x)], axis=-1)
+
+
+UNCONSTRAINED: dict[str, Callable[[FloatArray], FloatArray]] = {"Lambertian": np.asarray, "PTM": _polynomial}
 
 
 class _Room:
@@ -142,7 +140,7 @@ def _consistent(fits: Sequence[Reflectance], seen: Observed,
             break
         alike, now = np.delete(alike, best), tried.part(best * len(some) + np.arange(len(some)))
     if len(alike) < seen.good.shape[1]:
-        texels = solved(fits, seen.shots(alike), frame, texels.slopes)
+        texels = solved(fits, seen.some(np.s_[:, alike]), frame, texels.slopes)
     # then the one that is predicted worst, which a model may take for shadows and slopes
     errors = _errors(fits, seen, frame, alike, texels.slopes)
     while len(alike) > fewest:
@@ -161,7 +159,7 @@ def _errors(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, alik
     photograph = np.arange(seen.good.shape[1])
     own = photograph % _GROUPS == np.arange(_GROUPS)[:, None]
     texels = _solve_each_choice(fits, seen, frame, slopes, ~own & np.isin(photograph, alike))
-    there = _repeated(seen, own)
+    there = _repeat(seen, own)
     good = there.good & (texels.used.sum(axis=1) > 1)[:, None]
     unit = radiances(fits, there.lit, normals_of(texels.slopes, frame), good)
     off = np.where(good[..., None], np.einsum("npcm,nm->npc", unit, texels.weights) - there.radiance, 0)
@@ -173,10 +171,10 @@ def _solve_each_choice(fits: Sequence[Reflectance], seen: Observed, frame: Float
                        used: BoolArray) -> Texels:
     """What each of some choices of photographs, (choices, p), tells of n texels, solved from slopes (n, 2) all at once:
     choices * n of them."""
-    return solved(fits, _repeated(seen, used), frame, np.tile(slopes, (len(used), 1)))
+    return solved(fits, _repeat(seen, used), frame, np.tile(slopes, (len(used), 1)))
 
 
-def _repeated(seen: Observed, used: BoolArray) -> Observed:
+def _repeat(seen: Observed, used: BoolArray) -> Observed:
     """The same for each of some choices of photographs, (choices, p), that count."""
     many = seen.some(np.tile(np.arange(len(seen.good)), len(used)))
     return many._replace(good=many.good & np.repeat(used, len(seen.good), axis=0))

@@ -111,7 +111,7 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
              f"which {maps.used.mean():.1f} tell of a texel in the mean",
              f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
              f"more than {UNSURE:.0%} of the largest"]
-    bright = too_bright(reflected(maps), albedo)
+    bright = too_bright(reflected_light(maps), albedo)
     doubts = [*bright]
     if told is not None:
         lines.append(told.words)
@@ -126,7 +126,7 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
     return Report((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice), (*doubts, *judged))
 
 
-def reflected(maps: Maps) -> FloatArray:
+def reflected_light(maps: Maps) -> FloatArray:
     """The share of light from each of `ANGLES` that a sample reflects: the median of its texels, (angles, channels)."""
     height, width, count = maps.weights.shape
     weights = maps.weights[evenly(height, width, _WEIGHED)].reshape(-1, count)

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray, RealArray
+from ..arrays import BoolArray, FloatArray, RealArray
 from .pictures.light import Light
 from .scene.photograph import STEEPEST, Photograph, is_saturated
 
@@ -77,16 +77,9 @@ class Observed(NamedTuple):
     noise: FloatArray       # its standard deviation, by the photographs' noise or a floor
     good: BoolArray         # where it counts: (n, p)
 
-    def some(self, which: IntArray) -> "Observed":
-        """Those of some points, by their numbers."""
-        return Observed(ShadingGeometry(*(part[which] for part in self.lit)), self.radiance[which], self.noise[which],
-                                    self.good[which])
-
-    def shots(self, which: IntArray) -> "Observed":
-        """What some photographs show, by their numbers."""
-        lit = ShadingGeometry(*(part[:, which] for part in self.lit))
-        return Observed(lit, self.radiance[:, which], self.noise[:, which],
-                                    self.good[:, which])
+    def some(self, which: Any) -> "Observed":
+        """Those of some points, by their numbers; by `np.s_[:, numbers]`, of some photographs."""
+        return Observed(ShadingGeometry(*(part[which] for part in self.lit)), *(part[which] for part in self[1:]))
 
 
 def shading_geometry(points: FloatArray, camera: FloatArray, lamp: FloatArray,

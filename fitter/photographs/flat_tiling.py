@@ -33,7 +33,7 @@ class _Seam(NamedTuple):
     share: FloatArray
 
 
-def tiled(maps: Maps) -> Maps:
+def cut_tile(maps: Maps) -> Maps:
     """The part of maps that can be repeated, with corners where it was cut.
 
     ValueError if they have fewer than `LEAST_TEXELS` along an axis.

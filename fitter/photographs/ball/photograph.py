@@ -62,9 +62,6 @@ class BallPhotograph(Photograph):
 
     def __post_init__(self) -> None:
         self._check("centre")
-        self._check_places()
-
-    def _check_places(self) -> None:
         if not (self.radius > 0 and np.isfinite(self.radius)):
             raise DatasetError(f"a ball with the radius {self.radius:g} found, expected more than 0", self.name)
         if not (self.lamp_radius >= 0 and np.isfinite(self.lamp_radius)):

@@ -137,6 +137,13 @@ def read_mask(given: BallSetup | SampleSetup, size: tuple[int, int]) -> BoolArra
     return mask if inside is None else mask & inside
 
 
+def bounds(mask: BoolArray, beside: int = 0) -> Part:
+    """The rows and columns that have pixels of a mask, (h, w), and so many beside them."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return (slice(max(rows[0] - beside, 0), rows[-1] + beside + 1),
+            slice(max(columns[0] - beside, 0), columns[-1] + beside + 1))
+
+
 def polygon_mask(outline: FloatArray, size: tuple[int, int]) -> BoolArray:
     """The pixels of a picture of this height and width whose centres are within a polygon (n, 2), by the even-odd rule.
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import ArrayLike, BoolArray, FloatArray, RealArray
 from ...errors import DatasetError
 from ..description.capture_setup import BallSetup, CaptureSetup, Known, Shot
-from ..pictures.reading import Part, Pictures, read_mask
+from ..pictures.reading import WHOLE, Part, Pictures, bounds, read_mask
 from .ball_finding import brightest, disc_outline, find_ball, regions
 from .camera import View
 
@@ -23,7 +23,7 @@ _ROOM = 1.2                 # times the ball's radius, around its middle, where 
 
 
 class MeasuredPlace(NamedTuple):
-    """What is measured: where it is, (3,), and its size; metres."""
+    """What is measured, or a chrome ball: where it is, (3,), and its size; metres."""
 
     middle: FloatArray
     size: float
@@ -62,13 +62,6 @@ class Highlight(NamedTuple):
                     False)
 
 
-class ChromeBall(NamedTuple):
-    """A chrome ball; metres."""
-
-    centre: FloatArray
-    radius: float
-
-
 def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: MeasuredPlace) -> list[Lamp | None]:
     """The lamp of each photograph: at its place, in its direction, or where a chrome ball shows it; None where the
     photograph of a flat sample shows none."""
@@ -85,7 +78,7 @@ def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: Measur
                          radius=chrome.radius or what.size)
     ball = _find_chrome_ball(chrome, mirrored, pictures, view)
     part = _part_around(ball, view) if is_flat else None
-    rays, found = view.rays() if part is None else view.rays(part), list[Lamp | None]()
+    rays, found = view.rays(part or WHOLE), list[Lamp | None]()
     for shot in shots:
         if shot not in mirrored:
             found.append(place_lamp(shot, what.middle, turn))
@@ -102,7 +95,7 @@ def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: Measur
             found.append(None)
         else:
             found.append(shown.lamp(what.middle, shot.distance or setup.lamp.distance) if is_flat
-                         else shown.lamp(ball.centre, shot.distance))
+                         else shown.lamp(ball.middle, shot.distance))
     return found
 
 
@@ -119,8 +112,6 @@ def place_lamp(given: Shot | Known, middle: FloatArray, turn: FloatArray | None 
         raise given.error("lamp", "a position, or instead of it a direction")
     direction = given.direction if turn is None else turn @ given.direction
     distance = given.distance if isinstance(given, Shot) else None
-    if distance is not None and ball is None:
-        return Lamp(middle + distance * direction, False)
     return Highlight(middle if ball is None else ball, direction).lamp(middle, distance)
 
 
@@ -133,30 +124,29 @@ def are_far(lamps: Sequence[Lamp], path: Path) -> bool:
     return lamps[0].is_far
 
 
-def _find_chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictures, view: View) -> ChromeBall:
+def _find_chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictures, view: View) -> MeasuredPlace:
     """Where the ball is: by a mask; by its centre; or by its outline in pictures of its own. If its radius is not said
     it lies in the plane z = 0."""
     mask = read_mask(chrome, view.size)
     if mask is not None:
-        rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-        part = slice(max(rows[0] - 2, 0), rows[-1] + 3), slice(max(columns[0] - 2, 0), columns[-1] + 3)
+        part = bounds(mask, 2)
         outline = disc_outline(mask[part], view.rays(part), (chrome.mask or ())[0].name)
     elif chrome.place is not None and chrome.radius is not None:
-        return ChromeBall(chrome.place, chrome.radius)
+        return MeasuredPlace(chrome.place, chrome.radius)
     elif all(each.chrome for each in shots):
         outline = find_ball(brightest([pictures.lamp_light(each, "chrome").radiance for each in shots]), view.rays(),
                             f"{chrome.path}: chrome")
     else:
         raise chrome.error("mask", "that, or centre (3 numbers) and radius")
     radius = chrome.radius or float(view.position[2] / (1 - outline.axis[2] / np.sin(outline.half_angle)))
-    return ChromeBall(outline.centre(view.position, radius), radius)
+    return MeasuredPlace(outline.centre(view.position, radius), radius)
 
 
-def _part_around(ball: ChromeBall, view: View) -> Part:
+def _part_around(ball: MeasuredPlace, view: View) -> Part:
     """The rows and columns of pictures that have a ball."""
-    across = _ROOM * ball.radius / float(np.linalg.norm(ball.centre - view.position)) * view.size[1] / view.angle + 2
+    across = _ROOM * ball.size / float(np.linalg.norm(ball.middle - view.position)) * view.size[1] / view.angle + 2
     columns, rows = (slice(max(int(each - across), 0), max(int(each + across) + 1, 0))
-                     for each in view.project(ball.centre))
+                     for each in view.project(ball.middle))
     return rows, columns
 
 
@@ -189,8 +179,7 @@ def find_highlight(radiance: RealArray, rays: FloatArray, camera: ArrayLike, cen
 def _largest_patch(grey: FloatArray, name: str) -> BoolArray:
     """The pixels above 0 that touch and have most light: (height, width)."""
     there = grey > 0
-    rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
-    part = np.s_[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+    part = bounds(there)
     first, *others = sorted(regions(there[part]), key=lambda each: -float(grey[part][each].sum()))
     if others and grey[part][others[0]].sum() > _ANOTHER * grey[part][first].sum():
         raise DatasetError("more than one highlight found on the chrome ball", name)

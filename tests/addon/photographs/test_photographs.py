@@ -54,7 +54,7 @@ def opened(blender, written, tmp_path):
 
 @pytest.fixture
 def made(extension):
-    from measured_brdf.addon.photographs import stage as made
+    from measured_brdf.addon.photographs import describing as made
 
     return made
 
@@ -350,7 +350,7 @@ def test_the_lamp_of_the_active_photograph_is_shown(opened):
         background, = opened.camera.data.background_images
         assert background.image == opened.photographs[number].picture
     opened.photographs[1].lamp.location.x += 0.25       # it is hidden, and its place counts all the same
-    from measured_brdf.addon.photographs import stage as made
+    from measured_brdf.addon.photographs import describing as made
 
     moved = made.describe_scene(bpy.context.scene)["photograph"][1]["lamp"]
     assert moved == pytest.approx(opened.photographs[1].lamp.location[:])

@@ -45,7 +45,7 @@ def opened(blender, written):
 
 @pytest.fixture
 def made(extension):
-    from measured_brdf.addon.photographs import stage as made
+    from measured_brdf.addon.photographs import describing as made
 
     return made
 

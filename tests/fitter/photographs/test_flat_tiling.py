@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 import fitter
-from fitter.photographs.flat_tiling import cheapest_path, tiled
+from fitter.photographs.flat_tiling import cheapest_path, cut_tile
 from support import flat_scene
 
 
@@ -52,7 +52,7 @@ def test_a_pattern_that_repeats_is_cut_at_its_period(paints):
     """Stripes of 13 texels across and of 11 upward, in the masks across and in the normals upward."""
     y, x = np.mgrid[:80, :96]
     slopes = np.stack([np.zeros(x.shape), 0.2 * np.sin(2 * np.pi * y / 11)], axis=2)
-    made = tiled(sample(paints, 0.5 + 0.5 * np.sin(2 * np.pi * x / 13), slopes))
+    made = cut_tile(sample(paints, 0.5 + 0.5 * np.sin(2 * np.pi * x / 13), slopes))
     height, width = made.used.shape
     assert (height % 11, width % 13) == (0, 0)
     assert (height >= 40, width >= 48) == (True, True)
@@ -65,7 +65,7 @@ def test_a_tile_goes_on_beyond_its_edges_as_within(paints, seed):
     """In masks and normals. Reached: 2.6; what is cut out without care steps 4.5 to 12 times as far at its edges."""
     share, *slopes = (blobs((70, 90), 10 * number + seed) for number in range(3))
     whole = sample(paints, share, np.stack(slopes, axis=2) / 3)
-    made = tiled(whole)
+    made = cut_tile(whole)
     height, width = made.used.shape
     careless = whole.weights[:height, :width, 1]
     print(made.used.shape, worst_steps(careless), worst_steps(made.weights[..., 1]), worst_steps(made.normals[..., 0]))
@@ -78,7 +78,7 @@ def test_a_tile_goes_on_beyond_its_edges_as_within(paints, seed):
 
 def test_its_corners_are_as_far_apart_as_its_texels(paints):
     whole = sample(paints, blobs((70, 90), 3), np.zeros((70, 90, 2)))
-    made = tiled(whole)
+    made = cut_tile(whole)
     sides = np.linalg.norm(np.diff(made.corners[[0, 1, 2]], axis=0), axis=1) / made.used.shape[::-1]
     np.testing.assert_allclose(sides, [flat_scene.SIZE / 90, 0.8 * flat_scene.SIZE / 70])
 
@@ -86,7 +86,7 @@ def test_its_corners_are_as_far_apart_as_its_texels(paints):
 def test_a_tile_has_the_corners_of_the_place_where_it_was_cut(paints):
     """There, but for its seams, at its left and its lower side, it is as the whole."""
     whole = sample(paints, blobs((70, 90), 3), np.zeros((70, 90, 2)))
-    made = tiled(whole)
+    made = cut_tile(whole)
     height, width = made.used.shape
     texel = flat_scene.SIZE * np.array([1 / 90, 0.8 / 70])
     column, row = ((made.corners[0] - whole.corners[0])[:2] / texel).round()
@@ -96,4 +96,4 @@ def test_a_tile_has_the_corners_of_the_place_where_it_was_cut(paints):
 
 def test_a_few_texels_are_no_tile(paints):
     with pytest.raises(ValueError, match="15 x 70 texels, a tile is cut from 16 or more"):
-        tiled(sample(paints, blobs((70, 15), 3), np.zeros((70, 15, 2))))
+        cut_tile(sample(paints, blobs((70, 15), 3), np.zeros((70, 15, 2))))
