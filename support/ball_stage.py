@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 import fitter
-from fitter.photographs.scene import camera
+from fitter.photographs.rig import camera
 
 from . import ball_scene, stage
 

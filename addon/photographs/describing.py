@@ -12,7 +12,7 @@ from mathutils import Matrix, Vector, geometry
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.flat_setup import order_corners, to_pixels
-from ...fitter.photographs.scene import camera as cameras
+from ...fitter.photographs.rig import camera as cameras
 from . import settings as photographs
 from .settings import AS_THE_FILE_SAYS, BALL, GUESS, INTENSITY, is_flat
 from .work import START

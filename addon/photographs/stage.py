@@ -21,7 +21,7 @@ from ...fitter.photographs.description.capture_setup import (
     SampleSetup,
     Shot,
 )
-from ...fitter.photographs.scene import camera as cameras
+from ...fitter.photographs.rig import camera as cameras
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.shading import look, material

@@ -9,8 +9,8 @@ from .ball.measuring import locate_ball
 from .description.capture_setup import CaptureSetup
 from .flat_setup import locate_sample
 from .pictures.reading import Pictures
-from .scene.lamps import are_far
-from .scene.scale import resolve_scale
+from .rig.lamps import are_far
+from .rig.scale import resolve_scale
 
 
 class Resolved(NamedTuple):

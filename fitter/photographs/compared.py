@@ -11,7 +11,7 @@ from .ball.photograph import BallPhotograph
 from .description.capture_setup import CaptureSetup
 from .flat_setup import corner_places
 from .pictures.reading import Pictures, polygon_mask, read_mask
-from .scene.camera import pixel_angle
+from .rig.camera import pixel_angle
 
 _MARGIN = 1.12              # side of the part over the ball's diameter
 

@@ -33,7 +33,7 @@ from .description.capture_setup import MOST_MATERIALS
 from .flat_judging import UNCONSTRAINED, predict_unconstrained, relative_errors
 from .flat_photograph import Observed
 from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
-from .scene.photograph import STEEPEST, to_local_angles
+from .rig.photograph import STEEPEST, to_local_angles
 
 MOST_TEXELS = 1500          # that are looked at: 4 s, and three materials have a hundred pure ones each
 _WIDTHS = 0.05, 0.15, 0.4   # alpha of the lobes

@@ -22,8 +22,8 @@ from .flat_advice import next_lamp
 from .flat_judging import contradictions, turned_lamps
 from .flat_photograph import FlatPhotograph, observed
 from .pictures.picture_files import NEEDED
-from .scene.report import Report, judge_left_out
-from .scene.scale import ANGLES, too_bright
+from .rig.report import Report, judge_left_out
+from .rig.scale import ANGLES, too_bright
 
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain

@@ -1,15 +1,15 @@
 """A photograph of a flat sample under one lamp, and what points of the sample show in it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, RealArray
 from .pictures.light import Light
-from .scene.photograph import STEEPEST, Photograph, is_saturated
+from .rig.photograph import STEEPEST, Photograph, is_saturated
 
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
 _EXACT = 1e-9               # of a pixel: a step at which it ends
@@ -20,21 +20,10 @@ _FLOOR = 1e-3               # of the picture's typical brightness, where its noi
 _LEAST_NOISE = 1e-3         # of that, which nothing is below: files may say that black has none
 
 
-@dataclass(frozen=True, eq=False)
 class FlatPhotograph(Photograph):
     """A photograph of a flat sample; attributes and errors are those of a `Photograph`."""
 
-    radiance: RealArray
-    rays: FloatArray
-    camera: FloatArray
-    lamp: FloatArray
-    intensity: FloatArray
-    noise: RealArray | None = None
-    mask: BoolArray | None = None
-    name: str = "photograph"
-
-    def __post_init__(self) -> None:
-        self._check(least=2)
+    _least: ClassVar = 2
 
     @cached_property
     def counts(self) -> BoolArray:
@@ -145,7 +134,7 @@ def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
 
     Examples
     --------
-    >>> from .scene.camera import rays
+    >>> from .rig.camera import rays
     >>> picture = rays(20, 30, 1.0)
     >>> pixel_of(picture, picture[[3, 19], [7, 29]]).round(9).tolist()
     [[3.0, 7.0], [19.0, 29.0]]

@@ -16,11 +16,11 @@ from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, o
 from .pictures.light import Light, same_pictures
 from .pictures.picture_files import read_picture_info
 from .pictures.reading import Part, Pictures, read_mask
-from .scene.camera import View, field_of_view, pixel_angle, rays_through
-from .scene.lamps import MeasuredPlace, are_far, find_lamps
-from .scene.photograph import is_saturated
-from .scene.scale import GUESSED, lamp_intensity
-from .scene.scene import Scene
+from .rig.camera import View, field_of_view, pixel_angle, rays_through
+from .rig.lamps import MeasuredPlace, are_far, find_lamps
+from .rig.layout import Scene
+from .rig.photograph import is_saturated
+from .rig.scale import GUESSED, lamp_intensity
 
 _DEFAULT_TEXELS = 1024      # along the width
 _OFF = 3.0                  # pixels that a corner may be off: an edge is found within one by hand

@@ -17,7 +17,7 @@ from ..least_squares import nonnegative_least_squares
 from ..model import Reflectance
 from ..model.microfacet import Microfacet
 from .flat_photograph import Observed, ShadingGeometry
-from .scene.photograph import STEEPEST, to_local_angles
+from .rig.photograph import STEEPEST, to_local_angles
 
 NOISE = 0.01                # of a value: what photographs are out by beside their noise, as lamps flicker
 STEEP = 0.5                 # slope that is expected of a normal, where nothing tells: 27 degrees

@@ -17,8 +17,8 @@ from ...methods.presets import PRESETS
 from ...quality.cross_validation import cube_root
 from ...quality.physics import direction_pairs
 from ...samples import Samples, subsample, subset
-from ..scene.photograph import STEEPEST
-from ..scene.report import Report, judge_left_out
+from ..rig.photograph import STEEPEST
+from ..rig.report import Report, judge_left_out
 from .coverage import REACH, Coverage, coverage, difference_angle
 from .measuring import BallMeasurement
 from .photograph import BallPhotograph, measure_pixels

@@ -14,10 +14,11 @@ from ...samples import Samples, choice, subset
 from ..description.capture_setup import CaptureSetup, Known
 from ..pictures.light import Light, same_pictures
 from ..pictures.reading import Pictures, read_mask
-from ..scene.ball_finding import brightest, find_ball
-from ..scene.camera import View, field_of_view, orientation
-from ..scene.lamps import MeasuredPlace, are_far, find_lamps
-from ..scene.scale import (
+from ..rig.ball_finding import brightest, find_ball
+from ..rig.camera import View, field_of_view, orientation
+from ..rig.lamps import MeasuredPlace, are_far, find_lamps
+from ..rig.layout import Scene
+from ..rig.scale import (
     ANGLES,
     GUESSED,
     NEAR_NORMAL,
@@ -26,7 +27,6 @@ from ..scene.scale import (
     lamp_intensity,
     too_bright,
 )
-from ..scene.scene import Scene
 from .photograph import BallPhotograph, measure_pixels
 from .samples import gather_samples, place_photographs
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from ...arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, select_directions
 from ...errors import DatasetError
-from ..scene.camera import pixel_angle
-from ..scene.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, to_local_angles
+from ..rig.camera import pixel_angle
+from ..rig.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, to_local_angles
 
 LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
 SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
@@ -27,7 +27,7 @@ _PLACED = 0.2               # pixels by which the ball's outline may be wrong
 _AIMED = np.radians(0.25)   # by which a lamp's direction may be wrong: with more, a fit trusts too little that grazes
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False, kw_only=True)
 class BallPhotograph(Photograph):
     """A photograph of a ball, and where it was: the other attributes and errors are those of a `Photograph`.
 
@@ -48,20 +48,20 @@ class BallPhotograph(Photograph):
         Also if camera or lamp are in the ball.
     """
 
-    radiance: RealArray
-    rays: FloatArray
-    camera: FloatArray
     centre: FloatArray
     radius: float
-    lamp: FloatArray
-    intensity: FloatArray
-    lamp_radius: float = 0.0
-    noise: RealArray | None = None
-    mask: BoolArray | None = None
-    name: str = "photograph"
+    lamp_radius: float
+
+    def __init__(self, radiance: RealArray, rays: FloatArray, camera: FloatArray, centre: FloatArray, radius: float,
+                 lamp: FloatArray, intensity: FloatArray, lamp_radius: float = 0.0, noise: RealArray | None = None,
+                 mask: BoolArray | None = None, name: str = "photograph") -> None:
+        for field, value in (("centre", centre), ("radius", radius), ("lamp_radius", lamp_radius)):
+            object.__setattr__(self, field, value)
+        super().__init__(radiance, rays, camera, lamp, intensity, noise, mask, name)
 
     def __post_init__(self) -> None:
-        self._check("centre")
+        super().__post_init__()
+        self._set("centre", (3,))
         if not (self.radius > 0 and np.isfinite(self.radius)):
             raise DatasetError(f"a ball with the radius {self.radius:g} found, expected more than 0", self.name)
         if not (self.lamp_radius >= 0 and np.isfinite(self.lamp_radius)):

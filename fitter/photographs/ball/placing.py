@@ -11,8 +11,8 @@ import numpy as np
 
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError
-from ..scene.camera import pixel_angle
-from ..scene.outline import (
+from ..rig.camera import pixel_angle
+from ..rig.outline import (
     ABOVE_NOISE,
     BRIGHT,
     CLEAR,

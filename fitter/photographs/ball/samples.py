@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import concatenate_directions
 from ...errors import DatasetError
 from ...samples import LARGEST_VALUE, RGB, Samples
-from ..scene.photograph import STEEPEST
+from ..rig.photograph import STEEPEST
 from .binning import bin_samples
 from .photograph import BallPhotograph, PixelReflectances, measure_pixels
 from .placing import check_outline, place_ball

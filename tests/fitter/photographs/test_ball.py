@@ -7,8 +7,8 @@ import pytest
 
 import fitter
 from fitter.photographs.ball.photograph import measure_pixels, visible_pixels
-from fitter.photographs.scene import camera
-from fitter.photographs.scene.photograph import STEEPEST
+from fitter.photographs.rig import camera
+from fitter.photographs.rig.photograph import STEEPEST
 from support import ball_scene
 
 SMALL = {"size": (60, 60)}

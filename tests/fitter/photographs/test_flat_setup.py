@@ -12,7 +12,7 @@ from fitter.photographs.flat import coarse, points_of
 from fitter.photographs.flat_photograph import observed, pixel_of
 from fitter.photographs.flat_setup import order_corners, read_sample
 from fitter.photographs.pictures.reading import Pictures
-from fitter.photographs.scene import camera
+from fitter.photographs.rig import camera
 from support import ball_files, flat_files, flat_scene, wrong_values
 
 LAMPS = flat_scene.lamps(5)

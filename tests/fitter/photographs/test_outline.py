@@ -7,7 +7,7 @@ import pytest
 
 import fitter
 from fitter.photographs.ball.placing import check_outline, place_ball
-from fitter.photographs.scene.ball_finding import brightest, find_ball
+from fitter.photographs.rig.ball_finding import brightest, find_ball
 from support import ball_scene
 from tests.fitter.photographs.test_ball import photographed
 

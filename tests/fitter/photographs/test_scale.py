@@ -12,8 +12,8 @@ from benchmarks.photographs import difference
 from fitter.photographs.ball import advice as ball_advice
 from fitter.photographs.ball import coverage
 from fitter.photographs.ball.measuring import intensity_of_ball, reflected_light, scale_samples
-from fitter.photographs.scene.lamps import find_highlight
-from fitter.photographs.scene.scale import intensity_of_card, too_bright
+from fitter.photographs.rig.lamps import find_highlight
+from fitter.photographs.rig.scale import intensity_of_card, too_bright
 from fitter.quality.physics import direction_pairs
 from support import ball_scene
 from support.truths import Truth

@@ -1,5 +1,8 @@
 """What photographs of balls and of flat samples share: a picture, and where camera and lamp were."""
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 
 from ...arrays import BoolArray, Directions, FloatArray, RealArray
@@ -10,6 +13,7 @@ TO_SIGMA = 1.4826           # from the median absolute deviation to the standard
 _SATURATED = 4              # pixels that share the largest value are saturated, if they are so many
 
 
+@dataclass(frozen=True, eq=False)
 class Photograph:
     """A photograph of a scene with one lamp, to which a ball or a plane is added.
 
@@ -42,13 +46,13 @@ class Photograph:
     camera: FloatArray
     lamp: FloatArray
     intensity: FloatArray
-    noise: RealArray | None
-    mask: BoolArray | None
-    name: str
+    noise: RealArray | None = None
+    mask: BoolArray | None = None
+    name: str = "photograph"
+    _least: ClassVar = 1        # pixels along both axes
 
-    def _check(self, *places: str, least: int = 1) -> None:
-        """Check and store the arrays, these places too, of a picture of so many pixels along both axes at least."""
-        radiance = self._set("radiance")
+    def __post_init__(self) -> None:
+        radiance, least = self._set("radiance"), self._least
         if radiance.ndim != 3 or min(radiance.shape[:2]) < least or radiance.shape[2] not in (1, 3):
             raise DatasetError(f"radiance has the shape {radiance.shape}, expected (height, width, 1 or 3)"
                                f"{f' of {least} x {least} pixels or more' * (least > 1)}", self.name)
@@ -56,8 +60,8 @@ class Photograph:
         if np.abs(lengths - 1).max() > 1e-3:
             raise DatasetError(f"rays have lengths from {lengths.min():g} to {lengths.max():g}, expected unit vectors",
                                self.name)
-        for field in ("camera", "lamp", *places):
-            self._set(field, (3,))
+        for place in ("camera", "lamp"):
+            self._set(place, (3,))
         intensity = self._set("intensity")
         if intensity.shape != radiance.shape[2:] or not (intensity > 0).all():
             raise DatasetError(f"an intensity of {intensity.tolist()} found, expected {radiance.shape[2]} numbers "
