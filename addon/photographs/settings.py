@@ -44,11 +44,14 @@ _ENCODINGS = ((AS_THE_FILE_SAYS, "As the Files Say", "sRGB where the files say s
               (ENCODINGS[1], "sRGB", "sRGB, whatever the files say"))
 
 
+def _file(name: str, description: str, options: Any = RELATIVE) -> Any:
+    return StringProperty(name=name, subtype="FILE_PATH", options=options, description=description)
+
+
 class MeasuredExposure(bpy.types.PropertyGroup):
     """A file of a photograph."""
 
-    filepath: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE,
-                             description="EXR, TIFF, PNG or JPEG; linear ones are best")
+    filepath: _file("File", "EXR, TIFF, PNG or JPEG; linear ones are best")
     exposure: FloatProperty(
         name="Exposure", min=0, precision=5,
         description="Exposure time in seconds, where several files of one lamp do not say theirs. 0: as the file says")
@@ -76,14 +79,6 @@ def _show_active(settings: Any, context: bpy.types.Context) -> None:
         context.view_layer.objects.active = lamp
 
 
-def _is_lamp(_settings: Any, item: bpy.types.Object) -> bool:
-    return item.type == "LIGHT"
-
-
-def _radius(settings: Any) -> float:
-    return settings.ball.scale[0] if settings.ball is not None else 0.0
-
-
 def _set_radius(settings: Any, radius: float) -> None:
     if settings.ball is not None:
         settings.ball.scale = radius, radius, radius
@@ -103,14 +98,14 @@ def _side(axis: int, name: str, default: str) -> Any:
                          description=f"Of the sample{default}")
 
 
-def _material(number: int) -> Any:
-    return PointerProperty(name=f"Material {number}", type=bpy.types.Material, poll=_is_fitted, description=(
-        "A measured material of this file that the sample is a mix of. Where none is chosen they are found in the "
-        "photographs"))
-
-
 def _is_fitted(_settings: Any, made: bpy.types.Material) -> bool:
     return material.is_measured(made)
+
+
+def _material(number: int) -> Any:
+    return PointerProperty(name=f"Material {number}", type=bpy.types.Material, description=(
+        "A measured material of this file that the sample is a mix of. Where none is chosen they are found in the "
+        "photographs"), poll=_is_fitted)
 
 
 class MeasuredPhotographs(bpy.types.PropertyGroup):
@@ -120,7 +115,8 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     active: IntProperty(name="Photograph", update=_show_active)
     camera: PointerProperty(name="Camera", type=bpy.types.Object)
     ball: PointerProperty(name="Ball", type=bpy.types.Object)
-    radius: FloatProperty(name="Ball Radius", get=_radius, set=_set_radius, min=0, subtype="DISTANCE", precision=5,
+    radius: FloatProperty(name="Ball Radius", min=0, subtype="DISTANCE", precision=5, set=_set_radius,
+                          get=lambda settings: settings.ball.scale[0] if settings.ball is not None else 0.0,
                           description="Of the ball: the scale of its object")
     sample: PointerProperty(name="Sample", type=bpy.types.Object)
     width: _side(0, "Width", ", from its left to its right")
@@ -135,9 +131,8 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     is_far: BoolProperty(name="Far Away", description=(
         "The camera looks straight down from far away, nobody knows how far; else the corners and its lens say where "
         "it stood"))
-    chrome_mask: StringProperty(name="Chrome Ball", subtype="FILE_PATH", options=RELATIVE, description=(
-        "Picture that is white where a chrome ball is whose highlights say where lamps were. Without it, and for a "
-        "painted ball, it is found by its outline"))
+    chrome_mask: _file("Chrome Ball", "Picture that is white where a chrome ball is whose highlights say where lamps "
+                                      "were. Without it, and for a painted ball, it is found by its outline")
     finds_brightness: BoolProperty(name="Lamps Differ", description=(
         "Find how bright each lamp is beside the others, by the sample itself"))
     tile: BoolProperty(name="Tile", description=(
@@ -150,12 +145,9 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     second: _material(2)
     third: _material(3)
     fourth: _material(4)
-    dark: StringProperty(name="Lamp Off", subtype="FILE_PATH", options=RELATIVE,
-                         description="Photograph with the lamp off, if there is one")
-    flat: StringProperty(name="Even Surface", subtype="FILE_PATH", options=RELATIVE,
-                         description="Photograph of an evenly bright surface, if the lens darkens the corners")
-    mask: StringProperty(name="Mask", subtype="FILE_PATH", options=RELATIVE,
-                         description="Picture that is white where pixels count, for a stand or a reflection")
+    dark: _file("Lamp Off", "Photograph with the lamp off, if there is one")
+    flat: _file("Even Surface", "Photograph of an evenly bright surface, if the lens darkens the corners")
+    mask: _file("Mask", "Picture that is white where pixels count, for a stand or a reflection")
     encoding: EnumProperty(name="Values", items=_ENCODINGS, default=AS_THE_FILE_SAYS,
                            description="What the pixels of the photographs are")
     matrix: StringProperty(name="Camera Matrix",
@@ -164,13 +156,12 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     scale: EnumProperty(name="Scale", items=_SCALES, default=GUESS, description="How bright the lamp is")
     albedo: FloatProperty(name="Albedo", default=GUESSED, min=0, max=1, subtype="FACTOR",
                           description="What you guess ball or sample to have: the share of even light that it reflects")
-    known: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE,
-                          description="Photograph of the card or of the white ball")
+    known: _file("File", "Photograph of the card or of the white ball")
     known_exposure: FloatProperty(name="Exposure", min=0, precision=5,
                                   description="Exposure time in seconds. 0: as the file says")
     known_albedo: FloatVectorProperty(name="Albedo", size=3, default=(0.18, 0.18, 0.18), min=0, max=1, subtype="COLOR",
                                       description="Of the card or of the white ball, linear")
-    known_lamp: PointerProperty(name="Lamp", type=bpy.types.Object, poll=_is_lamp,
+    known_lamp: PointerProperty(name="Lamp", type=bpy.types.Object, poll=lambda _, item: item.type == "LIGHT",
                                 description="The lamp under which the card or the white ball was photographed")
     normal: FloatVectorProperty(name="Card Faces", size=3, default=(0, -1, 0), subtype="XYZ",
                                 description="The direction in which the card faces")
@@ -179,8 +170,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     intensity: FloatVectorProperty(name="Intensity", size=3, default=(1, 1, 1), min=0,
                                    description="Radiant intensity of the lamp, W/sr in units of the pictures")
     preset: EnumProperty(name="Preset", items=PRESET_ITEMS, default="Standard", description="Method of the fit")
-    samples: StringProperty(name="Save As", subtype="FILE_PATH", options=RELATIVE,
-                            description="File of the samples that are measured, .npz, which the material is fitted to")
+    samples: _file("Save As", "File of the samples that are measured, .npz, which the material is fitted to")
     told: StringProperty(name="What Was Measured")      # lines
     doubts: StringProperty(name="What Is Wrong")        # those of them that say so
 

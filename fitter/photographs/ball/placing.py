@@ -11,20 +11,9 @@ import numpy as np
 
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError
+from ..rig import outline
 from ..rig.camera import pixel_angle
-from ..rig.outline import (
-    ABOVE_NOISE,
-    BRIGHT,
-    CLEAR,
-    SECTORS,
-    WINDOW,
-    Outline,
-    Profile,
-    angle_beyond,
-    edge_profile,
-    robust,
-    scatter,
-)
+from ..rig.outline import Outline, Profile, angle_beyond, edge_profile, fit_cone, scatter
 from .photograph import BallPhotograph, mean_of_neighbours, visible_pixels
 
 MOVED = 2.0                 # pixels by which an outline may be off
@@ -54,7 +43,7 @@ def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
         axis, _, gamma = first.sight
         v = axis / np.cos(gamma)
         touching = np.concatenate([_touching(v, moved[number]) for number in numbers])
-        v, arc = robust(touching, v, pixel_angle(first.rays))
+        v, arc = fit_cone(touching, v, pixel_angle(first.rays))
         if arc >= _ENOUGH and np.linalg.norm(v) > 1:
             for number in numbers:
                 moved[number] = replace(moved[number], centre=Outline.from_vector(v).centre(first.camera, first.radius))
@@ -64,7 +53,7 @@ def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
 def _touching(v: FloatArray, photograph: BallPhotograph) -> FloatArray:
     """Rays through the clear edges near the outline v: (n, 3)."""
     profile, grey = _profile(v, photograph), photograph.radiance.mean(axis=2)
-    level = BRIGHT * float(np.percentile(grey, 99.5))
+    level = outline.BRIGHT * float(np.percentile(grey, 99.5))
     with np.errstate(invalid="ignore"):
         clear = ((profile.beyond < (1 - _SHARP) * profile.within) & (profile.within > level)
                  & (np.abs(profile.edge) < MOVED + 0.5))
@@ -76,7 +65,7 @@ def _profile(v: FloatArray, photograph: BallPhotograph) -> Profile:
     size, grey, mask = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2), photograph.mask
     if mask is not None:
         off = angle_beyond(photograph.rays, v) / size
-        around = (off > WINDOW / 2) & (off < WINDOW)
+        around = (off > outline.WINDOW / 2) & (off < outline.WINDOW)
         if mask[around].mean() < _OF_BALL if around.any() else True:
             grey, mask = grey * mask, None          # beside the ball it is black
     return edge_profile(v, grey, photograph.rays, size, mask)
@@ -94,9 +83,9 @@ def check_outline(photograph: BallPhotograph) -> None:
     if not (off < 0).any():
         raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
     residual = grey - mean_of_neighbours(photograph.radiance).mean(axis=2)
-    around = residual[off > WINDOW]
+    around = residual[off > outline.WINDOW]
     noise = scatter(around) / np.sqrt(1.25) if len(around) else 0.0
-    is_bright = grey > max(BRIGHT * float(np.percentile(grey, 99.5)), ABOVE_NOISE * noise)
+    is_bright = grey > max(outline.BRIGHT * float(np.percentile(grey, 99.5)), outline.ABOVE_NOISE * noise)
     if photograph.mask is not None:
         is_bright &= photograph.mask
     of_ball = np.count_nonzero(is_bright & (off < 0))
@@ -107,12 +96,19 @@ def check_outline(photograph: BallPhotograph) -> None:
     profile = _profile(v, photograph)
     with np.errstate(invalid="ignore"):
         brighter = np.fmax(profile.within, profile.beyond)
-        judged = _is_lit(photograph, profile, gamma / size) & (is_whole | (brighter > ABOVE_NOISE * noise))
+        is_seen = brighter > outline.ABOVE_NOISE * noise
+        judged = _is_lit(photograph, profile, gamma / size) & (is_whole | is_seen)
         # a dark ball before a room has an edge as well
-        clear = (brighter > ABOVE_NOISE * noise) & (np.abs(profile.within - profile.beyond) > CLEAR * brighter)
+        clear = is_seen & (np.abs(profile.within - profile.beyond) > outline.CLEAR * brighter)
         fits = clear & (np.abs(profile.edge) < MOVED)
-    if np.count_nonzero(judged & fits) < _FITTING * np.count_nonzero(judged):
-        raise DatasetError(_outline_message(judged, clear, fits, profile), photograph.name)
+    wanted, fitting = np.count_nonzero(judged), np.count_nonzero(judged & fits)
+    if fitting < _FITTING * wanted:
+        others = np.abs(profile.edge[judged & clear & ~fits])
+        distance = f"; {len(others)} have it {np.median(others):.1f} pixels off, in the median" * bool(len(others))
+        raise DatasetError(
+            f"{_WRONG}: of {wanted} of its {len(judged)} sectors, those that are lit, {fitting} have their edge within "
+            f"{MOVED:g} pixels, expected two thirds{distance}, and {np.count_nonzero(judged & ~clear)} show none. The "
+            f"camera or the ball was moved, or their places are wrong", photograph.name)
 
 
 def _is_lit(photograph: BallPhotograph, profile: Profile, pixels: float) -> BoolArray:
@@ -123,13 +119,3 @@ def _is_lit(photograph: BallPhotograph, profile: Profile, pixels: float) -> Bool
     normal = np.sqrt(1 - rise ** 2) * profile.around - rise * axis
     away = photograph.lamp - photograph.centre - photograph.radius * normal
     return np.asarray(np.sum(normal * away, axis=1) > _LIT * np.linalg.norm(away, axis=1))
-
-
-def _outline_message(judged: BoolArray, clear: BoolArray, fits: BoolArray, profile: Profile) -> str:
-    """What was measured of an outline that is not where it should be."""
-    others = np.abs(profile.edge[judged & clear & ~fits])
-    off = f"; {len(others)} have it {np.median(others):.1f} pixels off, in the median" * bool(len(others))
-    return (f"{_WRONG}: of {np.count_nonzero(judged)} of its {SECTORS} sectors, those that are lit, "
-            f"{np.count_nonzero(judged & fits)} have their edge within {MOVED:g} pixels, expected two thirds{off}, "
-            f"and {np.count_nonzero(judged & ~clear)} show none. The camera or the ball was moved, or their places are "
-            f"wrong")

@@ -9,7 +9,7 @@ from ...errors import DatasetError
 from ...samples import LARGEST_VALUE, RGB, Samples
 from ..rig.photograph import STEEPEST
 from .binning import bin_samples
-from .photograph import BallPhotograph, PixelReflectances, measure_pixels
+from .photograph import BallPhotograph, measure_pixels
 from .placing import check_outline, place_ball
 
 MOST_SAMPLES = 200_000
@@ -67,22 +67,18 @@ def gather_samples(photographs: Sequence[BallPhotograph], name: str, source: str
     if np.abs(values).max() > LARGEST_VALUE:
         raise DatasetError(f"a reflectance of {np.abs(values).max():g} / sr found: the intensity of the lamp is far "
                            f"too small", source)
-    notes = _notes(photographs, parts)
+    lamps = " ".join(f"{np.degrees(each.phase_angle):.0f}" for each in photographs)
+    left_out = sum(part.left_out for part in parts)
+    without = f"; {left_out:,} saturated, dark or masked ones are left out" if left_out else ""
+    notes = [f"{len(parts)} photograph{'s' * (len(parts) > 1)} of a ball, the lamp at {lamps} degrees from the camera",
+             f"{len(values):,} pixels to {np.degrees(STEEPEST):.0f} degrees from the normal{without}"]
     if len(values) > MOST_SAMPLES:
         directions, values, deviation = bin_samples(directions, values, deviation, MOST_SAMPLES)
-        notes = (*notes, f"Averaged to {len(values):,} samples")
-    return Samples(*directions, values, RGB if values.shape[1] == 3 else ("grey",), name, source, notes,
+        notes.append(f"Averaged to {len(values):,} samples")
+    return Samples(*directions, values, RGB if values.shape[1] == 3 else ("grey",), name, source, tuple(notes),
                    deviation=deviation)
 
 
 def _size(photograph: BallPhotograph) -> str:
     height, width, channels = photograph.radiance.shape
     return f"{width} x {height} pixels with {channels} channel{'s' * (channels > 1)}"
-
-
-def _notes(photographs: Sequence[BallPhotograph], parts: Sequence[PixelReflectances]) -> tuple[str, ...]:
-    used, left_out = sum(len(part.reflectance) for part in parts), sum(part.left_out for part in parts)
-    lamps = " ".join(f"{np.degrees(each.phase_angle):.0f}" for each in photographs)
-    without = f"; {left_out:,} saturated, dark or masked ones are left out" if left_out else ""
-    return (f"{len(parts)} photograph{'s' * (len(parts) > 1)} of a ball, the lamp at {lamps} degrees from the camera",
-            f"{used:,} pixels to {np.degrees(STEEPEST):.0f} degrees from the normal{without}")

@@ -1,29 +1,11 @@
 """What stands in the description of photographs: where camera, sample and lamps were, and which file is which.
 
-A file of it is TOML, and this is its table: a class for each section, with a line for each key that has its type, what
-values of it are (a `Kind`), whether it is of balls or of flat samples alone, and what it means. Lengths are metres,
-angles degrees, paths relative to the file, places in a picture pixels from its left and its top. A ball ::
-
-    name = "red snooker ball"
-
-    [camera]
-    position = [0, -1.5, 0.2]
-    field_of_view = 12
-
-    [ball]
-    centre = "outline"
-    radius = 0.026
-
-    [scale]
-    card = {file = "card.exr", albedo = 0.18, normal = [0, -1, 0], lamp = [0, -1, 0.5], region = [200, 180, 260, 240]}
-
-    [[photograph]]
-    files = ["a1.exr", "a2.exr"]    # exposures of one lamp
-    lamp = [0.3, -1.1, 0.4]
-
-Places are a flat sample's own: its middle is at 0, x runs along its width, y along its height, and z toward the camera.
-Light positions (`light_positions`) are directions in the camera's axes; with a camera that is far they say all there is
-to say.
+A file of it is TOML, which `docs/manual/measure-your-own.md` shows. This is its table: a class for each section, with a
+line for each key that has its type, what values of it are (a `Kind`), whether it is of balls or of flat samples alone,
+and what it means. Lengths are metres, angles degrees, paths relative to the file, places in a picture pixels from its
+left and its top. Places are a flat sample's own: its middle is at 0, x runs along its width, y along its height, and z
+toward the camera. Light positions (`light_positions`) are directions in the camera's axes; with a camera that is far
+they say all there is to say.
 """
 
 from collections.abc import Callable, Iterator

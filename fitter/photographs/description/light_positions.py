@@ -12,6 +12,7 @@ it; `info.json`, of what it has made, has `lights`, three numbers each, without 
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,11 +38,21 @@ class LightPositions(NamedTuple):
 
 def read(path: str | Path) -> LightPositions:
     """The light positions in a file. Raises DatasetError, which names the line, if they are not there."""
-    path = Path(path)
-    content = read_bytes(path, LARGEST)
-    text = content.decode("utf-8-sig", errors="surrogateescape")
-    if path.suffix.lower() in PROJECTS:
-        return _project(text, path)
+    path, names, directions = Path(path), list[str](), list[FloatArray]()
+    text = read_bytes(path, LARGEST).decode("utf-8-sig", errors="surrogateescape")
+    for name, where, vector in (_read_project if path.suffix.lower() in PROJECTS else _read_lines)(text, path):
+        length = float(np.linalg.norm(vector))
+        if length and not _LEAST < length < _MOST:
+            raise DatasetError(f"{where}: a vector of the length {length:.3g} found, expected a unit vector", path)
+        names.append(name)
+        directions.append(vector / (length or 1.0))
+    if not np.any(directions):
+        raise DatasetError("no light was found for any of the photographs", path)
+    return LightPositions(tuple(names), np.array(directions))
+
+
+def _read_lines(text: str, path: Path) -> Iterator[tuple[str, str, FloatArray]]:
+    """The names of files, where they stand, and vectors toward their lights."""
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if not lines or not _COUNT.fullmatch(lines[0][1]):
         raise DatasetError(f"line 1: {lines[0][1][:40]!r} found, expected the number of photographs" if lines
@@ -49,18 +60,18 @@ def read(path: str | Path) -> LightPositions:
     count, rows = int(lines[0][1]), lines[1:]
     if len(rows) != count or not count:
         raise DatasetError(f"line 1: {count} photographs are promised, {len(rows)} lines follow", path)
-    named = [_row(line, number, path) for number, line in rows]
-    return _positions([name for name, _ in named], [direction for _, direction in named], path)
+    for number, line in rows:
+        parts = [part.strip().rstrip(",") for part in line.replace(";", " ").rsplit(None, 3)]
+        if len(parts) < 4:
+            parts = [part.strip() for part in line.rsplit(",", 3)]
+        if len(parts) < 4 or not all(_NUMBER.fullmatch(text) for text in parts[1:]):
+            raise DatasetError(f"line {number}: {line[:60]!r} found, expected the name of a file and three numbers",
+                               path)
+        yield parts[0].strip("\"'"), f"line {number}", np.array([float(each.replace(",", ".")) for each in parts[1:]])
 
 
-def _positions(names: list[str], directions: list[FloatArray], path: Path) -> LightPositions:
-    if not np.any(directions):
-        raise DatasetError("no light was found for any of the photographs", path)
-    return LightPositions(tuple(names), np.array(directions))
-
-
-def _project(text: str, path: Path) -> LightPositions:
-    """The light positions in a project of relight."""
+def _read_project(text: str, path: Path) -> Iterator[tuple[str, str, FloatArray]]:
+    """The same of a project of relight, whose directions are lists, or x, y and z by name; 0 where there is none."""
     try:
         values = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -68,44 +79,16 @@ def _project(text: str, path: Path) -> LightPositions:
     images, lights = (values.get(key) if isinstance(values, dict) else None for key in ("images", "lights"))
     if isinstance(images, list) and images and all(isinstance(each, dict) for each in images):
         folder = str(values.get("folder") or ".")
-        return _positions([str(Path(folder, str(each.get("filename", "")))) for each in images],
-                          [np.zeros(3) if each.get("skip") is True else
-                           _project_direction(each.get("direction"), number, path)
-                           for number, each in enumerate(images, start=1)], path)
-    if isinstance(lights, list) and lights and len(lights) % 3 == 0:
-        return _positions([""] * (len(lights) // 3),
-                          [_project_direction(lights[k:k + 3], k // 3 + 1, path)
-                           for k in range(0, len(lights), 3)], path)
-    raise DatasetError("a project without images that have directions, or lights of three numbers each", path)
-
-
-def _project_direction(value: object, number: int, path: Path) -> FloatArray:
-    """A direction as a list, or as x, y and z by name; 0 where there is none."""
-    numbers = [value.get(key) for key in "xyz"] if isinstance(value, dict) else value
-    if numbers is None:
-        return np.zeros(3)
-    if not isinstance(numbers, list) or len(numbers) != 3 or not all(
-            isinstance(each, int | float) and not isinstance(each, bool) for each in numbers):
-        raise DatasetError(f"light {number}: {str(value)[:60]!r} found, expected three numbers", path)
-    return _unit(np.array(numbers, dtype=float), f"light {number}", path)
-
-
-def _unit(direction: FloatArray, where: str, path: Path) -> FloatArray:
-    """A unit vector; 0 of a light that was not found."""
-    length = float(np.linalg.norm(direction))
-    if length == 0:
-        return direction
-    if not _LEAST < length < _MOST:
-        raise DatasetError(f"{where}: a vector of the length {length:.3g} found, expected a unit vector", path)
-    return np.asarray(direction / length)
-
-
-def _row(line: str, number: int, path: Path) -> tuple[str, FloatArray]:
-    """The name and the unit vector of a line."""
-    parts = [part.strip().rstrip(",") for part in line.replace(";", " ").rsplit(None, 3)]
-    if len(parts) < 4:
-        parts = [part.strip() for part in line.rsplit(",", 3)]
-    if len(parts) < 4 or not all(_NUMBER.fullmatch(text) for text in parts[1:]):
-        raise DatasetError(f"line {number}: {line[:60]!r} found, expected the name of a file and three numbers", path)
-    direction = np.array([float(text.replace(",", ".")) for text in parts[1:]])
-    return parts[0].strip("\"'"), _unit(direction, f"line {number}", path)
+        given = [(str(Path(folder, str(each.get("filename", "")))),
+                  None if each.get("skip") is True else each.get("direction")) for each in images]
+    elif isinstance(lights, list) and lights and len(lights) % 3 == 0:
+        given = [("", lights[k:k + 3]) for k in range(0, len(lights), 3)]
+    else:
+        raise DatasetError("a project without images that have directions, or lights of three numbers each", path)
+    for number, (name, value) in enumerate(given, start=1):
+        numbers = ([value.get(key) for key in "xyz"] if isinstance(value, dict) else
+                   [0, 0, 0] if value is None else value)
+        if not isinstance(numbers, list) or len(numbers) != 3 or not all(
+                isinstance(each, int | float) and not isinstance(each, bool) for each in numbers):
+            raise DatasetError(f"light {number}: {str(value)[:60]!r} found, expected three numbers", path)
+        yield name, f"light {number}", np.array(numbers, dtype=float)

@@ -13,7 +13,7 @@ import numpy as np
 from ...arrays import BoolArray, FloatArray, RealArray
 from ...errors import DatasetError
 from .camera import pixel_angle
-from .outline import ABOVE_NOISE, BRIGHT, CLEAR, SECTORS, WINDOW, Outline, angle_beyond, edge_profile, robust, scatter
+from .outline import ABOVE_NOISE, BRIGHT, CLEAR, SECTORS, WINDOW, Outline, angle_beyond, edge_profile, fit_cone, scatter
 
 _LEVELS = BRIGHT, 0.05, 0.1, 0.2, 0.4       # of a ball above its background, of the brightest of the picture
 _LEAST = 5.0                # pixels, of a ball's radius
@@ -93,7 +93,7 @@ def disc_outline(mask: BoolArray, rays: FloatArray, name: str = "mask") -> Outli
     edges = _edges(mask, grey, 0.5, rays)
     if len(edges) < 2 * _LEAST:
         raise DatasetError(_NO_DISC, name)
-    v, arc = robust(edges, _consensus(edges, size), size)
+    v, arc = fit_cone(edges, _consensus(edges, size), size)
     residual = float(np.median(np.abs(angle_beyond(edges, v)))) / size
     return _check_outline(Outline.from_vector(v, residual), arc, size, name)
 
@@ -194,5 +194,5 @@ def _refine(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, name
         clear = (profile.beyond < (1 - CLEAR) * profile.within) & (np.abs(profile.edge) < WINDOW / 2)
     if np.count_nonzero(clear) < _LEAST_ARC * SECTORS:
         return v, np.inf, np.count_nonzero(clear) / SECTORS
-    v, arc = robust(profile.rays[clear], v, size)
+    v, arc = fit_cone(profile.rays[clear], v, size)
     return v, float(np.median(np.abs(angle_beyond(profile.rays[clear], v)))) / size, arc

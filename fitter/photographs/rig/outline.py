@@ -106,7 +106,7 @@ def _means(sector: IntArray, value: FloatArray) -> FloatArray:
         return np.asarray(np.bincount(sector, value, SECTORS) / np.bincount(sector, minlength=SECTORS))
 
 
-def robust(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArray, float]:
+def fit_cone(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArray, float]:
     """The v of rays of which some are wrong, and the share of the circle about it where rays agree; v without any."""
     if len(touching) < 3:
         return v, 0.0
