@@ -50,7 +50,7 @@ def describe_scene(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: boo
         described["camera"] |= {"position": pose[:3, 3].tolist(), "look_at": (pose[:3, 3] - away[:, 2]).tolist(),
                                 "up": away[:, 1].tolist()}
         described["ball"] = _drop_empty(centre=position(ball).tolist(), radius=settings.radius,
-                                   mask=bpy.path.abspath(settings.mask))
+                                        mask=bpy.path.abspath(settings.mask))
         described["lamp"] |= _drop_empty(radius=light.shadow_soft_size or None)
     return described
 
@@ -135,7 +135,7 @@ def _shot(scene: bpy.types.Scene, shot: Any, whole: bool) -> Description:
         raise ValueError(f"{shot.name}: say where the lamp stood, by its location, by moving it, or by a chrome ball")
     exposures = [each.exposure for each in shot.files]
     return _drop_empty(files=[bpy.path.abspath(each.filepath) for each in shot.files], lamp=position(lamp).tolist(),
-                  exposures=exposures if any(exposures) else None)
+                       exposures=exposures if any(exposures) else None)
 
 
 def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
@@ -149,10 +149,10 @@ def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
     if is_ball and is_flat(settings):
         raise ValueError("Scale: a white ball has no place beside a flat sample: choose the card, or a guess")
     return _drop_empty(file=bpy.path.abspath(settings.known), albedo=_same_or_three(settings.known_albedo),
-                  lamp=position(lamp).tolist(),
-                  exposures=[settings.known_exposure] if settings.known_exposure else None,
-                  normal=None if is_ball or is_flat(settings) else list(settings.normal),
-                  region=None if is_ball else list(settings.region))
+                       lamp=position(lamp).tolist(),
+                       exposures=[settings.known_exposure] if settings.known_exposure else None,
+                       normal=None if is_ball or is_flat(settings) else list(settings.normal),
+                       region=None if is_ball else list(settings.region))
 
 
 def _same_or_three(values: Sequence[float]) -> float | list[float]:

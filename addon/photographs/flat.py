@@ -35,7 +35,6 @@ their folder, light positions (.lp), a project of relight, or a description (.to
 
     bl_idname = "measured_brdf.measure_sample_photographs"
     bl_label = "Measure Photographs of a Flat Sample"
-    bl_options = {"REGISTER", "UNDO"}
 
     filter_glob: StringProperty(default=f"{PICTURES};*.toml;{LIGHTS}", options={"HIDDEN"})
     width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
@@ -87,7 +86,6 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
 
     bl_idname = "measured_brdf.measure_sample"
     bl_label = "Measure"
-    bl_options = {"REGISTER", "UNDO"}
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
@@ -146,7 +144,7 @@ def _lights(settings: Any, maps: measuring.SampleResult) -> list[tuple[Any, Any,
 
 
 def _mix_parts(parts: Sequence[bpy.types.Material], maps: measuring.SampleResult,
-           context: bpy.types.Context) -> list[bpy.types.Material]:
+               context: bpy.types.Context) -> list[bpy.types.Material]:
     """Materials that lay each part upon those before it: the last is the sample's."""
     mixes, beyond = [parts[0]], "REPEAT" if maps.is_tile else "EXTEND"
     for number, (part, (content, share)) in enumerate(zip(parts[1:], maps.masks, strict=True), start=2):
@@ -158,27 +156,16 @@ def _mix_parts(parts: Sequence[bpy.types.Material], maps: measuring.SampleResult
     made = mixes[-1] if len(parts) > 1 else parts[0].copy()
     made.name = maps.name
     node, tree = not_none(material.surface_node(made)), not_none(made.node_tree)
-    brightness, normals = (
-        _texture(tree, node, y, _image(f"{maps.name} {name}", content), beyond) for y, name, content in (
-            (-300, "brightness", maps.brightness), (-600, "normals", maps.normals)))
-    strength, normal = tree.nodes.new("ShaderNodeMath"), tree.nodes.new("ShaderNodeNormalMap")
-    strength.operation, strength.inputs[1].default_value = "MULTIPLY", maps.most
-    strength.location, normal.location = ((node.location.x - 180, node.location.y + y) for y in (-300, -600))
-    for source, target in ((brightness.outputs["Color"], strength.inputs[0]),
-                           (strength.outputs[0], node.inputs["Strength"]),
-                           (normals.outputs["Color"], normal.inputs["Color"]),
-                           (normal.outputs["Normal"], node.inputs["Normal"])):
-        tree.links.new(source, target)
+    for y, kind, name, content, target in ((-300, "ShaderNodeMath", "brightness", maps.brightness, "Strength"),
+                                           (-600, "ShaderNodeNormalMap", "normals", maps.normals, "Normal")):
+        texture, between = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new(kind)
+        texture.image, texture.extension = _image(f"{maps.name} {name}", content), beyond
+        texture.location, between.location = ((node.location.x - x, node.location.y + y) for x in (480, 180))
+        if kind == "ShaderNodeMath":
+            between.operation, between.inputs[1].default_value = "MULTIPLY", maps.most
+        tree.links.new(texture.outputs["Color"], between.inputs["Color" if kind == "ShaderNodeNormalMap" else 0])
+        tree.links.new(between.outputs[0], node.inputs[target])
     return [*mixes[1:], *([made] if len(parts) == 1 else [])]
-
-
-def _texture(tree: bpy.types.NodeTree, node: bpy.types.Node, y: float, image: bpy.types.Image,
-             beyond: str) -> bpy.types.Node:
-    """A node of an image, left of another one, with what is beyond its edges."""
-    texture = tree.nodes.new("ShaderNodeTexImage")
-    texture.image, texture.extension = image, beyond
-    texture.location = node.location.x - 480, node.location.y + y
-    return texture
 
 
 def _image(name: str, content: bytes) -> bpy.types.Image:

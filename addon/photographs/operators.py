@@ -34,6 +34,8 @@ LIGHTS = ";".join(f"*{suffix}" for suffix in measuring.LIGHT_POSITIONS)
 class HasPhotographs(InBackground):
     """A mix-in for operators on the photographs of the scene, which is remembered while they work."""
 
+    bl_options = {"REGISTER", "UNDO"}
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if context.scene is None or not photographs.get(context.scene).photographs:
@@ -75,6 +77,7 @@ class _ChoosesFiles(AsksForPath):
 class MakesScene(_ChoosesFiles):
     """A mix-in for operators that make a scene of photographs."""
 
+    bl_options = {"REGISTER", "UNDO"}
     exposures: IntProperty(name="Exposures", default=0, min=0,
                            description="Pictures of each lamp, which follow one another by name. 0: found by the "
                                        "exposure times in the files")
@@ -92,8 +95,10 @@ class MakesScene(_ChoosesFiles):
         self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
         if context.window is not None:
             context.window.scene = made
-            if not bpy.app.background:
-                _look_through(context)
+            for area in () if bpy.app.background else context.window.screen.areas:
+                if area.type == "VIEW_3D":      # through the camera, with the light of the scene
+                    space: Any = area.spaces.active
+                    space.region_3d.view_perspective, space.shading.type = "CAMERA", "RENDERED"
 
 
 class MEASUREDBRDF_OT_measure_photographs(MakesScene, bpy.types.Operator):
@@ -102,7 +107,6 @@ their folder, or a description (.toml, .lp)"""
 
     bl_idname = "measured_brdf.measure_photographs"
     bl_label = "Measure Photographs"
-    bl_options = {"REGISTER", "UNDO"}
 
     filter_glob: StringProperty(default=f"{PICTURES};*.toml;*.lp", options={"HIDDEN"})
     radius: FloatProperty(name="Ball Radius", default=0.025, min=1e-5, subtype="DISTANCE", precision=5,
@@ -136,21 +140,11 @@ their folder, or a description (.toml, .lp)"""
         photographs.get(scene).active = len(photographs.get(scene).photographs) - 1
 
 
-def _look_through(context: bpy.types.Context) -> None:
-    """Look through the camera in the 3D viewports of the window, with the light of the scene."""
-    for area in not_none(context.window).screen.areas:
-        if area.type == "VIEW_3D":
-            space: Any = area.spaces.active
-            space.region_3d.view_perspective = "CAMERA"
-            space.shading.type = "RENDERED"
-
-
 class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
     """Move the ball to its outline in the photographs, or the camera to where the corners of a sample say"""
 
     bl_idname = "measured_brdf.fit_outline"
     bl_label = "Fit Outline"
-    bl_options = {"REGISTER", "UNDO"}
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
@@ -173,7 +167,6 @@ light positions (.lp, a project of relight); the lamp of this photograph by one 
 
     bl_idname = "measured_brdf.place_lamp"
     bl_label = "Place Lamps"
-    bl_options = {"REGISTER", "UNDO"}
 
     filter_glob: StringProperty(default=f"{PICTURES};{LIGHTS}", options={"HIDDEN"})
     distance: FloatProperty(name="Lamp Distance", default=1.0, min=0, subtype="DISTANCE",
@@ -205,7 +198,6 @@ them"""
 
     bl_idname = "measured_brdf.measure_ball"
     bl_label = "Measure"
-    bl_options = {"REGISTER", "UNDO"}
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
@@ -261,7 +253,6 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
 
     bl_idname = "measured_brdf.compare_photograph"
     bl_label = "Compare with Photograph"
-    bl_options = {"REGISTER", "UNDO"}
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)

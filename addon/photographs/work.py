@@ -19,10 +19,8 @@ from ...fitter.photographs import flat_maps
 from ...fitter.photographs.ball import measuring
 from ...fitter.photographs.ball.advice import report_ball
 from ...fitter.photographs.capture import Resolved, resolve
-from ...fitter.photographs.description import light_positions
+from ...fitter.photographs.description import light_positions, parsing
 from ...fitter.photographs.description.capture_setup import GUESS, CameraSetup, CaptureSetup, Description
-from ...fitter.photographs.description.folders import PICTURES, SUFFIXES, descriptions_in, natural_order, pictures_in
-from ...fitter.photographs.description.parsing import parse, read
 from ...fitter.photographs.flat import check_materials
 from ...fitter.photographs.flat_setup import read_sample
 from ...fitter.photographs.flat_tiling import cut_tile, tile_size
@@ -100,8 +98,9 @@ def find_description(paths: Sequence[str], radius: float, distance: float, count
     """The description that a file is, or a folder has; else one of the pictures, or of those in the folder: of a ball
     at the origin, with a camera so far away, metres, and `count` exposures under each lamp, 0: as the files say."""
     path = Path(paths[0])
-    if len(paths) == 1 and (path.suffix.lower() in SUFFIXES or (path.is_dir() and descriptions_in(path))):
-        setup = read(path)
+    is_described = bool(parsing.descriptions_in(path)) if path.is_dir() else path.suffix.lower() in parsing.SUFFIXES
+    if len(paths) == 1 and is_described:
+        setup = parsing.read(path)
         setup.need_ball()
         return resolve(setup)
     groups, first = _group_pictures(paths, count)
@@ -119,10 +118,10 @@ def find_sample_description(paths: Sequence[str], width: float, count: int, argu
     """
     with progress.part(0.0, 0.3):
         path = Path(paths[0])
-        if path.is_dir() and descriptions_in(path):
-            path = descriptions_in(path)[0]
+        if path.is_dir() and parsing.descriptions_in(path):
+            path = parsing.descriptions_in(path)[0]
         if len(paths) == 1 and path.suffix.lower() == ".toml":
-            setup = read(path)
+            setup = parsing.read(path)
             setup.need_sample()
         else:
             setup = _fill_pictures(paths, path, width, count)
@@ -138,7 +137,7 @@ def _fill_pictures(paths: Sequence[str], path: Path, width: float, count: int) -
     whole: Description = {"name": folder.absolute().name, "camera": {"position": "far"},
                           "sample": {"width": width, "height": width}}
     if len(paths) == 1 and path.suffix.lower() in LIGHT_POSITIONS:
-        setup = parse({**whole, "scale": {"albedo": GUESS}, "lamp": {"positions": path.name}}, path)
+        setup = parsing.parse({**whole, "scale": {"albedo": GUESS}, "lamp": {"positions": path.name}}, path)
         height, across = Pictures(setup).size
     else:
         groups, first = _group_pictures(paths, count)
@@ -151,8 +150,8 @@ def _fill_pictures(paths: Sequence[str], path: Path, width: float, count: int) -
 
 def _parse_pictures(groups: list[list[str]], folder: Path, description: Description) -> CaptureSetup:
     """A description of pictures whose lamps nobody has placed yet."""
-    return parse({**description, "scale": {"albedo": GUESS},
-                  "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, folder / "photographs")
+    shots = [{"files": group, "lamp": list(START)} for group in groups]
+    return parsing.parse({**description, "scale": {"albedo": GUESS}, "photograph": shots}, folder / "photographs")
 
 
 def _fit_materials(files: Sequence[Path], arguments: Arguments, how: Arguments) -> list[Outcome]:
@@ -175,10 +174,10 @@ def _group_pictures(paths: Sequence[str], count: int) -> tuple[list[list[str]], 
     """Pictures, or those in a folder, by their lamps, and what the first file says."""
     folder = Path(paths[0])
     if len(paths) == 1 and folder.is_dir():
-        paths = list(map(str, pictures_in(folder)))
+        paths = list(map(str, parsing.pictures_in(folder)))
         if not paths:
-            raise DatasetError(f"a folder without photographs ({', '.join(PICTURES)})", folder)
-    paths = sorted(paths, key=lambda path: natural_order(Path(path).name))
+            raise DatasetError(f"a folder without photographs ({', '.join(parsing.PICTURES)})", folder)
+    paths = sorted(paths, key=lambda path: parsing.natural_order(Path(path).name))
     abouts: list[PictureInfo] = []
     for number, path in enumerate(paths):
         progress.report(number / len(paths), f"Looking at {Path(path).name}")
@@ -187,18 +186,14 @@ def _group_pictures(paths: Sequence[str], count: int) -> tuple[list[list[str]], 
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
             f"{width} x {height}" for height, width in sizes), Path(paths[0]).parent)
-    return _groups(paths, [each.exposure for each in abouts], count), abouts[0]
-
-
-def _groups(paths: Sequence[str], exposures: Sequence[float | None], count: int) -> list[list[str]]:
-    """The files of each lamp: so many that follow one another, or as many as have exposures that then repeat."""
-    count = count or _bracket(exposures)
+    count = count or _bracket([each.exposure for each in abouts])
     if len(paths) % count:
         raise DatasetError(f"{len(paths)} pictures found, expected a multiple of {count} exposures")
-    return [list(paths[first:first + count]) for first in range(0, len(paths), count)]
+    return [list(paths[first:first + count]) for first in range(0, len(paths), count)], abouts[0]
 
 
 def _bracket(exposures: Sequence[float | None]) -> int:
+    """How many pictures each lamp has: as many as have exposures that then repeat."""
     known = [each for each in exposures if each is not None]
     if len(known) < len(exposures):
         return 1
@@ -224,13 +219,13 @@ def _lens(said: PictureInfo) -> dict[str, float]:
 def find_outline(description: Description, name: str) -> list[float]:
     """Where the ball of a description is, by its outline in the photographs."""
     ball = {**description["ball"], "centre": "outline"}
-    return np.asarray(resolve(parse({**description, "ball": ball}, name)).setup.need_ball().centre).tolist()
+    return np.asarray(resolve(parsing.parse({**description, "ball": ball}, name)).setup.need_ball().centre).tolist()
 
 
 @_names_of_panel()
 def camera_by_corners(description: Description, name: str) -> CameraSetup:
     """Where the camera of a flat sample was, by its corners."""
-    return resolve(parse(description, name)).setup.camera
+    return resolve(parsing.parse(description, name)).setup.camera
 
 
 @_names_of_panel()
@@ -250,10 +245,11 @@ def lamps_by(description: Description, name: str, paths: Sequence[str], distance
         raise DatasetError(f"{len(paths)} pictures of a chrome ball found, expected {len(shots)}, one for each "
                            f"photograph", paths[0])
     else:
-        ordered = sorted(paths, key=lambda path: natural_order(Path(path).name))
+        ordered = sorted(paths, key=lambda path: parsing.natural_order(Path(path).name))
         shots = [{**shot, "chrome": path, **away} for shot, path in zip(shots, ordered, strict=True)]
     told = {**description, "lamp": lamp, "photograph": shots, **({"chrome": {"mask": mask}} if mask else {})}
-    places = {each.files: np.asarray(each.lamp).tolist() for each in resolve(parse(told, name)).setup.photographs}
+    found = resolve(parsing.parse(told, name)).setup.photographs
+    places = {each.files: np.asarray(each.lamp).tolist() for each in found}
     return [places.get(tuple(map(Path, shot["files"]))) for shot in shots]
 
 
@@ -264,7 +260,7 @@ def measure_ball(description: Description, name: str, path: str, arguments: Argu
     The file of the samples is not written; `path` is where it will be.
     """
     with progress.part(0.0, 0.4, "Measuring"):
-        measured = measuring.measure_ball(parse(description, name))
+        measured = measuring.measure_ball(parsing.parse(description, name))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
         saved_samples.write(measured.samples, part)
@@ -285,7 +281,7 @@ def measure_sample(description: Description, name: str, is_tile: bool, chosen: S
     It is a mix of chosen materials, else of those that are found; `how` are keyword arguments of `fitter.load`. A tile
     is `flat_tiling.cut_tile`. Raises DatasetError, ValueError.
     """
-    setup, space = parse(description, name), how["colours"]
+    setup, space = parsing.parse(description, name), how["colours"]
     with progress.part(0.0, 0.3, "Reading"):
         sample = read_sample(setup)
     photographs = [_convert_colours(each, space) for each in sample.photographs]

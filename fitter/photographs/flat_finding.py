@@ -284,7 +284,7 @@ def _strengths(equations: _Equations, weights: FloatArray, free: bool = False) -
 
 
 def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, texels: Texels,
-            material: int) -> Samples:
+                  material: int) -> Samples:
     """What texels that are mostly of one material show of it, about their normals."""
     def radiances_at(slopes: FloatArray) -> FloatArray:
         return radiances(models, seen.lit, normals_of(slopes, frame), texels.used) * texels.weights[:, None, None]
@@ -318,7 +318,7 @@ def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArr
 
 
 def _extend_to_camera(directions: Directions, values: FloatArray,
-                        deviation: FloatArray) -> tuple[Directions, FloatArray, FloatArray]:
+                      deviation: FloatArray) -> tuple[Directions, FloatArray, FloatArray]:
     """The same, and where no lamp stood as near to the camera, values as under those that stood nearest, at the same
     half vectors: a lamp that is brighter than is said would otherwise be taken for the foot of a retro-reflection."""
     difference = difference_angle(directions)

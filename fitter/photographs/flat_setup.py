@@ -17,8 +17,7 @@ from .pictures.light import Light, same_pictures
 from .pictures.picture_files import read_picture_info
 from .pictures.reading import Part, Pictures, read_mask
 from .rig.camera import View, field_of_view, pixel_angle, rays_through
-from .rig.lamps import MeasuredPlace, are_far, find_lamps
-from .rig.layout import Scene
+from .rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
 from .rig.photograph import is_saturated
 from .rig.scale import GUESSED, lamp_intensity
 
@@ -192,7 +191,7 @@ class _Window(NamedTuple):
 
     @classmethod
     def enclosing(cls, view: View, whole: FloatArray, places: FloatArray, shape: tuple[int, int],
-           mask: BoolArray | None) -> "_Window":
+                  mask: BoolArray | None) -> "_Window":
         """Of pictures in which the corners `whole` (4, 3) of a sample are at these places, (4, 2)."""
         first, last = np.floor(places.min(axis=0)) - _BESIDE, np.ceil(places.max(axis=0)) + _BESIDE
         columns, rows = (slice(max(int(a), 0), min(int(b), side))

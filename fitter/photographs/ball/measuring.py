@@ -16,8 +16,7 @@ from ..pictures.light import Light, same_pictures
 from ..pictures.reading import Pictures, read_mask
 from ..rig.ball_finding import brightest, find_ball
 from ..rig.camera import View, field_of_view, orientation
-from ..rig.lamps import MeasuredPlace, are_far, find_lamps
-from ..rig.layout import Scene
+from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
 from ..rig.scale import (
     ANGLES,
     GUESSED,

@@ -1,2 +1,2 @@
 """The description of photographs: what stands in it (`capture_setup`), how it is read from a file or a folder
-(`parsing`, `folders`), and light positions, which are in the place of its lamps (`light_positions`)."""
+(`parsing`), and light positions, which are in the place of its lamps (`light_positions`)."""

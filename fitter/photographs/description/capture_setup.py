@@ -89,14 +89,14 @@ _REGION = Kind("4 numbers", lambda value, _: _numbers(value, 4))
 _MATRIX = Kind("three rows of three numbers", lambda value, _: _numbers(value, 3, 3))
 _CORNERS = Kind("four places of two numbers, pixels from the left and the top", lambda value, _: _numbers(value, 4, 2))
 _OUTLINE = Kind("three places of two numbers or more, pixels from the left and the top",
-               lambda value, _: _numbers(value, 0, 2))
+                lambda value, _: _numbers(value, 0, 2))
 _VALUES = Kind("a number above 0, or one for each channel", lambda value, _: np.array(
     _numbers(value, *[0] * isinstance(value, list | tuple), least=LEAST)))
 _EXPOSURES = Kind(f"numbers of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, 0, least=LEAST))
 _BRIGHTNESS = Kind('"found", or a number above 0 for each photograph',
-                  lambda value, _: value if value == "found" else _numbers(value, 0, least=LEAST))
+                   lambda value, _: value if value == "found" else _numbers(value, 0, least=LEAST))
 _ALBEDO = Kind("more than 0 and at most 1, of what reflects no more than it gets",
-              lambda value, _: _numbers(value, least=LEAST, most=1))
+               lambda value, _: _numbers(value, least=LEAST, most=1))
 _ENCODING = Kind(" or ".join(ENCODINGS), lambda value, _: _text(value, *ENCODINGS))
 _FILES = Kind("the name of a file, or a list of them", _files)
 _MATERIALS = Kind(f"files, or a number of 1 to {MOST_MATERIALS}", lambda value, folder: int(

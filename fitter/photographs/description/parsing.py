@@ -14,8 +14,9 @@ from ...errors import DatasetError
 from ...storage.files import read_bytes
 from . import light_positions
 from .capture_setup import GUESS, CaptureSetup, Description, Kind, Section, Shot, abbreviate, complaint, key_path
-from .folders import only_description, pictures_in
 
+PICTURES = ".exr", ".tif", ".tiff", ".png", ".jpg", ".jpeg"
+SUFFIXES = ".toml", light_positions.SUFFIX      # of what is a description
 _BYTES = 1 << 20            # of the file
 _LONGEST_LINE = 4096        # bytes
 _DEEPEST = 6                # a matrix in a table in a list of tables has 5
@@ -31,7 +32,7 @@ def read(path: str | Path) -> CaptureSetup:
     """
     path = Path(path)
     if path.is_dir():
-        path = only_description(path)
+        path = _only_description(path)
     if path.suffix.lower() == light_positions.SUFFIX:
         return parse({"name": path.absolute().parent.name or path.stem, "camera": {"position": "far"},
                       "ball": {"centre": "outline"}, "lamp": {"positions": path.name}, "scale": {"albedo": GUESS}},
@@ -192,3 +193,42 @@ def _group_by_suffix(pictures: tuple[Path, ...]) -> list[tuple[Path, ...]]:
     """Pictures, and those of each kind of file."""
     kinds = dict.fromkeys(each.suffix for each in pictures)
     return [pictures, *(tuple(each for each in pictures if each.suffix == kind) for kind in kinds)]
+
+
+def descriptions_in(folder: Path) -> list[Path]:
+    """The descriptions in a folder, or where there are none its light positions."""
+    try:
+        files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))
+    except OSError as error:
+        raise DatasetError(f"cannot be read: {error.strerror or error}", folder) from error
+    found = ([each for each in files if each.suffix.lower() == suffix] for suffix in SUFFIXES)
+    return next(filter(None, found), [])
+
+
+def _only_description(folder: Path) -> Path:
+    """The description in a folder. DatasetError where there is none, or more than one."""
+    found = descriptions_in(folder)
+    if len(found) > 1:
+        raise DatasetError(f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one of "
+                           f"them", folder)
+    if not found:
+        raise DatasetError("a folder without a description: expected light positions (.lp) beside the photographs, or "
+                           "a description in TOML", folder)
+    return found[0]
+
+
+def pictures_in(folder: Path) -> tuple[Path, ...]:
+    """The pictures in a folder, 2 before 10."""
+    return tuple(sorted((each for each in folder.iterdir() if each.suffix.lower() in PICTURES and each.is_file()
+                         and not each.name.startswith(".")), key=lambda each: natural_order(each.name)))
+
+
+def natural_order(name: str) -> list[tuple[int, str]]:
+    """What sorts names of files by their numbers.
+
+    Examples
+    --------
+    >>> sorted(["lamp10.exr", "lamp2.exr"], key=natural_order)
+    ['lamp2.exr', 'lamp10.exr']
+    """
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import ArrayLike, BoolArray, FloatArray, RealArray
 from ...errors import DatasetError
-from ..description.capture_setup import BallSetup, CaptureSetup, Known, Shot
+from ..description.capture_setup import BallSetup, CaptureSetup, Known, ScaleSetup, Shot
 from ..pictures.reading import WHOLE, Part, Pictures, bounds, read_mask
 from .ball_finding import brightest, disc_outline, find_ball, regions
 from .camera import View
@@ -60,6 +60,19 @@ class Highlight(NamedTuple):
         along = float(off @ self.direction)
         return Lamp(np.asarray(self.point + self.direction * (np.sqrt(along ** 2 + distance ** 2 - off @ off) - along)),
                     False)
+
+
+class Scene(NamedTuple):
+    """What all photographs of a description share, and a lamp for each."""
+
+    view: View
+    what: MeasuredPlace             # the ball, or the middle of a sample with its diagonal
+    shots: tuple[Shot, ...]
+    lamps: list[Lamp]
+    scale: ScaleSetup
+    lit: MeasuredPlace              # what the lamps light that tell the scale
+    notes: tuple[str, ...]
+    mask: BoolArray | None = None   # pixels that count, of a ball
 
 
 def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: MeasuredPlace) -> list[Lamp | None]:

@@ -100,7 +100,7 @@ def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, 
         raise DatasetError("the card does not face the lamp")
     values = np.asarray(radiance, dtype=float)
     return check_intensity(np.pi * values.reshape(-1, values.shape[-1]).mean(axis=0) * distance ** 2
-                   / (check_albedo(albedo) * cosine), "card")
+                           / (check_albedo(albedo) * cosine), "card")
 
 
 def check_albedo(albedo: ArrayLike) -> FloatArray:
