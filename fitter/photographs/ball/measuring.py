@@ -96,7 +96,7 @@ def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]
     view = View(np.zeros(3), orientation(setup.camera, centre), (height, width),
                 field_of_view(setup.camera, pictures.said.values()))
     mask = read_mask(ball, view.size)
-    if setup.camera.is_far or ball.is_by_outline:
+    if setup.camera.is_far or isinstance(ball.centre, str):
         outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays(), str(setup.path))
         if position is None or isinstance(position, str):
             position = centre - outline.centre(np.zeros(3), radius)

@@ -80,7 +80,7 @@ def _place_or(word: str) -> Kind:
     return Kind(f'3 numbers, or "{word}"', lambda value, _: word if value == word else _numbers(value, 3))
 
 
-_BALL, _SAMPLE = "ball", "sample"     # whose descriptions alone have a key
+_BALL, _SAMPLE = "ball", "sample"   # whose descriptions alone have a key
 _TEXT = Kind("a text", lambda value, _: printable(_text(value)))
 _POSITIVE = Kind(f"a number of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, least=LEAST))
 _PLACE = Kind("3 numbers", lambda value, _: _numbers(value, 3))
@@ -133,8 +133,8 @@ class Lit(Section):
     """What is in a picture under one lamp."""
 
     lamp: Place = None              # (3,)
-    direction: Annotated[FloatArray | None, _DIRECTION] = None       # or, of one far away, the unit vector toward it
-    exposures: Annotated[FloatArray | None, _EXPOSURES] = None       # of each file; by default those of EXIF
+    direction: Annotated[FloatArray | None, _DIRECTION] = None  # or, of one far away, the unit vector toward it
+    exposures: Annotated[FloatArray | None, _EXPOSURES] = None  # of each file; by default those of EXIF
 
     def _check_count(self, files: tuple[Path, ...]) -> Iterator[str]:
         if self.exposures is not None and len(self.exposures) != len(files):
@@ -146,9 +146,9 @@ class Known(Lit):
     """A photograph of a card, or a ball, of known albedo."""
 
     file: Annotated[tuple[Path, ...], _FILES]
-    albedo: Annotated[FloatArray, _VALUES]       # of all channels, or of each
+    albedo: Annotated[FloatArray, _VALUES]      # of all channels, or of each
     normal: Place = None            # where a card faces; of one in a flat sample's plane [0, 0, 1]
-    region: Annotated[FloatArray | None, _REGION] = None     # that a card fills: left, top, right and bottom
+    region: Annotated[FloatArray | None, _REGION] = None    # that a card fills: left, top, right and bottom
 
     def contradictions(self) -> Iterator[str]:
         """Of lamp and direction it has one."""
@@ -182,13 +182,13 @@ class CameraSetup(Section):
     # (3,), or where nobody knows how far it is: straight above a sample. By default where a sample's corners say
     position: Annotated[FloatArray | Literal["far"] | None, _place_or("far")] = None
     look_at: Annotated[Place, _BALL] = None         # by default the ball's centre, or where that is found 0
-    direction: Annotated[Place, _BALL] = None        # of one that is far: from the ball toward it, by default [0, 0, 1]
+    direction: Annotated[Place, _BALL] = None   # of one that is far: from the ball toward it, by default [0, 0, 1]
     up: Annotated[Place, _BALL] = None              # by default [0, 0, 1], and of one that is far [0, 1, 0]
     field_of_view: Positive = None                  # of the width; or these two; or what EXIF says
     focal_length: Positive = None                   # mm
     sensor_width: Positive = None                   # mm
     matrix: Annotated[FloatArray | None, _MATRIX] = None    # to linear Rec.709; by default by the files' chromaticities
-    encoding: Annotated[str | None, _ENCODING] = None        # of pixels, whatever the files say
+    encoding: Annotated[str | None, _ENCODING] = None   # of pixels, whatever the files say
 
     @property
     def is_far(self) -> bool:
@@ -214,11 +214,6 @@ class BallSetup(Section):
     mask: Files = None
 
     @property
-    def is_by_outline(self) -> bool:
-        """Whether the photographs say where it is."""
-        return isinstance(self.centre, str)
-
-    @property
     def place(self) -> FloatArray | None:
         """Its centre where that is given, (3,)."""
         return None if isinstance(self.centre, str) else self.centre
@@ -232,14 +227,14 @@ class SampleSetup(Section):
     height: Annotated[float, _POSITIVE]
     corners: Annotated[FloatArray | None, _CORNERS] = None  # bottom left, bottom right, top right, top left of the maps
     mask: Files = None                                      # white where it is: a coin or a leaf is no rectangle
-    outline: Annotated[FloatArray | None, _OUTLINE] = None   # or the outline of that, (n, 2)
+    outline: Annotated[FloatArray | None, _OUTLINE] = None  # or the outline of that, (n, 2)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LampSetup(Section):
     """What all lamps share."""
 
-    radius: Annotated[float, _POSITIVE, _BALL] = 0.0      # of lamps that are balls
+    radius: Annotated[float, _POSITIVE, _BALL] = 0.0    # of lamps that are balls
     positions: Files = None         # of light positions, in the place of those of the photographs, or of all of them
     distance: Positive = None       # of lamps whose directions `positions` or a chrome ball say, from what is measured
     dark: Files = None              # a photograph with the lamp off
@@ -264,9 +259,9 @@ class ScaleSetup(Section):
 
     # W/sr in units of the pictures, in all channels or in each; of lamps far away as if these were 1 m away
     intensity: Annotated[FloatArray | None, _VALUES] = None
-    albedo: Annotated[float | None, _ALBEDO] = None              # of what is measured: a guess
-    card: Annotated[Known | None, Known] = None                 # where the ball is, or in a sample's plane
-    ball: Annotated[Known | None, Known, _BALL] = None           # a matte one in its place
+    albedo: Annotated[float | None, _ALBEDO] = None     # of what is measured: a guess
+    card: Annotated[Known | None, Known] = None     # where the ball is, or in a sample's plane
+    ball: Annotated[Known | None, Known, _BALL] = None  # a matte one in its place
 
     @property
     def ways(self) -> list[str]:
@@ -288,8 +283,8 @@ class CaptureSetup(Section):
     photographs: Annotated[tuple[Shot, ...], Shot] = ()     # [[photograph]]
     # what a sample is made of: saved fits, or measurements; or how many these are; else that is found
     materials: Annotated[int | tuple[Path, ...] | None, _MATERIALS, _SAMPLE] = None
-    leave_out: Annotated[tuple[str, ...], _NAMES, _SAMPLE] = ()   # files of photographs that do not count
-    texels: Annotated[Positive, _SAMPLE] = None      # of the maps, along the width; by default as many as it has pixels
+    leave_out: Annotated[tuple[str, ...], _NAMES, _SAMPLE] = ()     # files of photographs that do not count
+    texels: Annotated[Positive, _SAMPLE] = None     # of the maps, along the width; by default as many as it has pixels
     notes: tuple[str, ...] = ()                     # what is to be said of how the photographs were found
 
     @property
