@@ -19,14 +19,14 @@ from ..core.blender import osl_support
 from ..core.blender.previews import picture_of
 from ..core.storage.reading import scene_colours
 
-SOURCE = "scene.blend"
+_SOURCE = "scene.blend"
 TIMES = 4                   # by which differences are enlarged to be seen
 _REQUEST, _ANSWER = "request.json", "compared.npz"
 _SIZE, _SAMPLES = 256, 32   # of renders: pixels on a side at most, and samples per pixel
 _SHOWN, _PERCENTILE = 0.6, 97       # the linear value that this percentile of the photograph is shown with
 
 
-class Compared(NamedTuple):
+class RenderedPair(NamedTuple):
     """A photograph and a render: (size, size, 3) linear, the top row first; pixels that count (size, size)."""
 
     photograph: FloatArray
@@ -41,7 +41,7 @@ class Compared(NamedTuple):
 
 def write_request(folder: Path, scene: bpy.types.Scene, description: Description) -> None:
     """Write what `answer` is to compare: a scene, and the description of one of its photographs."""
-    bpy.data.libraries.write(str(folder / SOURCE), {scene}, path_remap="ABSOLUTE", fake_user=True)
+    bpy.data.libraries.write(str(folder / _SOURCE), {scene}, path_remap="ABSOLUTE", fake_user=True)
     request = {"scene": scene.name, "description": description, "colours": scene_colours() or DEFAULT_COLOURS}
     (folder / _REQUEST).write_text(json.dumps(request), "utf-8")
 
@@ -58,7 +58,7 @@ def answer(folder: Path) -> None:
     if photograph.shape[2] == 3:
         photograph = photograph @ conversion(DEFAULT_COLOURS, request["colours"]).T
     progress.report(0.3, "Rendering")
-    with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
+    with bpy.data.libraries.load(str(folder / _SOURCE), link=False) as (_, target):
         target.scenes = [request["scene"]]
     picture = _render_part(target.scenes[0], part, radiance.shape, size, folder / "render.exr")
     np.savez(folder / _ANSWER, photograph=np.broadcast_to(photograph, (size, size, 3)), rendered=picture[..., :3],
@@ -83,13 +83,13 @@ def _render_part(scene: Any, part: Part, shape: tuple[int, ...], size: int, path
     return picture_of(bpy.data.images.load(str(path)))[::-1]
 
 
-def read_answer(folder: Path) -> Compared:
+def read_answer(folder: Path) -> RenderedPair:
     """What `answer` has found."""
     with np.load(folder / _ANSWER, allow_pickle=False) as stored:
-        return Compared(stored["photograph"], stored["rendered"], stored["counted"])
+        return RenderedPair(stored["photograph"], stored["rendered"], stored["counted"])
 
 
-def sheet(pair: Compared) -> SingleArray:
+def sheet(pair: RenderedPair) -> SingleArray:
     """The photograph beside the render, and below them half of each beside what differs, enlarged `TIMES`.
 
     Returns (2 size, 2 size, 4) float32, sRGB, the bottom row first.

@@ -14,7 +14,7 @@ from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.flat_setup import order_corners, to_pixels
 from ...fitter.photographs.rig import camera as cameras
 from . import settings as photographs
-from .settings import AS_THE_FILE_SAYS, BALL, GUESS, INTENSITY, is_flat
+from .settings import AS_THE_FILE_SAYS, GUESS, INTENSITY, WHITE_BALL, is_flat
 from .work import START
 
 NEAR = 1e-6                 # m: an object so near a place is there
@@ -145,7 +145,8 @@ def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
         return _same_or_three(settings.intensity)
     if not settings.known:
         raise ValueError("Scale: choose the photograph of the card or the white ball")
-    is_ball, lamp = settings.scale == BALL, _there(scene, settings.known_lamp, "lamp of the card or the white ball")
+    is_ball = settings.scale == WHITE_BALL
+    lamp = _there(scene, settings.known_lamp, "lamp of the card or the white ball")
     if is_ball and is_flat(settings):
         raise ValueError("Scale: a white ball has no place beside a flat sample: choose the card, or a guess")
     return _drop_empty(file=bpy.path.abspath(settings.known), albedo=_same_or_three(settings.known_albedo),

@@ -268,7 +268,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         return pair
         yield
 
-    def apply(self, _context: bpy.types.Context, pair: comparison.Compared) -> None:
+    def apply(self, _context: bpy.types.Context, pair: comparison.RenderedPair) -> None:
         settings = photographs.get(self.scene())
         shot = next((each for each in settings.photographs
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)

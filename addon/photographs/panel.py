@@ -23,7 +23,7 @@ from .operators import (
     MEASUREDBRDF_OT_measure_photographs,
     MEASUREDBRDF_OT_place_lamp,
 )
-from .settings import BALL, CARD, CHOSEN, GUESS, INTENSITY
+from .settings import CARD, CHOSEN, GUESS, INTENSITY, WHITE_BALL
 
 _ROWS, _NAME = 5, 12        # of the list; letters of a name that it has room for
 _CORNERS = "Bottom Left", "Bottom Right", "Top Right", "Top Left"
@@ -180,7 +180,7 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = _layout(self), photographs.get(not_none(context.scene))
         layout.prop(settings, "scale", text="By")
-        fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), BALL: ("known", "known_albedo", "known_lamp"),
+        fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), WHITE_BALL: ("known", "known_albedo", "known_lamp"),
                   CARD: ("known", "known_albedo", "known_lamp", "normal")}[settings.scale or GUESS]
         for name in fields:
             if name != "normal" or not photographs.is_flat(settings):
@@ -189,7 +189,7 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
             column = layout.column(align=True)
             for number, side in enumerate(_SIDES):
                 column.prop(settings, "region", index=number, text=side)
-        if settings.known and settings.scale in (BALL, CARD):
+        if settings.known and settings.scale in (WHITE_BALL, CARD):
             layout.prop(settings, "known_exposure")
         if settings.scale == GUESS:
             draw_wrapped(layout, "Colours are those of lamp and camera, and the scale is a guess. A grey card or a "

@@ -22,7 +22,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...fitter.photographs.description.capture_setup import ENCODINGS, LEAST, MOST_MATERIALS, MOST_TEXELS
+from ...fitter.photographs.description.capture_setup import ENCODINGS, LEAST_VALUE, MOST_MATERIALS, MOST_TEXELS
 from ...fitter.photographs.description.capture_setup import GUESS as GUESSED
 from ...fitter.quality import verdict
 from ..core.shading import material
@@ -30,10 +30,11 @@ from ..core.storage.paths import RELATIVE, Place
 from ..core.storage.properties import PRESET_ITEMS
 
 AS_THE_FILE_SAYS = "auto"
-GUESS, CARD, BALL, INTENSITY = "albedo", "card", "ball", "intensity"
+GUESS, CARD, WHITE_BALL, INTENSITY = "albedo", "card", "ball", "intensity"
 _SCALES = ((GUESS, "Guess", "The albedo is a guess, and with it the scale of the reflectance"),
            (CARD, "Card", "A card of known albedo was photographed at the ball's place, or in the plane of the sample"),
-           (BALL, "White Ball", "A matte ball of known albedo, of the same size, was photographed at the same place"),
+           (WHITE_BALL, "White Ball",
+            "A matte ball of known albedo, of the same size, was photographed at the same place"),
            (INTENSITY, "Intensity", "The lamp's radiant intensity is known"))
 _FOUND = "0"
 _COUNTS = ((_FOUND, "Found", "As many as predict photographs best that are left out"),
@@ -63,7 +64,7 @@ class MeasuredPhotograph(bpy.types.PropertyGroup):
     files: CollectionProperty(type=MeasuredExposure)
     used: BoolProperty(name="Use", default=True, description="Measure this photograph")
     lamp: PointerProperty(name="Lamp", type=bpy.types.Object, description="The lamp of this photograph")
-    brightness: FloatProperty(name="Brightness", default=1, min=LEAST, precision=3,
+    brightness: FloatProperty(name="Brightness", default=1, min=LEAST_VALUE, precision=3,
                               description="Of this lamp beside the others, where these are of a flat sample")
     picture: PointerProperty(name="Picture", type=bpy.types.Image)              # behind the camera's view
     comparison: PointerProperty(name="Comparison", type=bpy.types.Image)        # with the ball as it was rendered

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..least_squares import damped_step, levenberg_marquardt
 from .description.capture_setup import CameraSetup
-from .rig.camera import View, rays_through
+from .rig.camera import CameraView, rays_through
 
 _MEASURED = 0.02            # of its distance, by which a camera's place may be wrong that somebody has measured
 _ROUNDS = 40                # toward the camera's place; it takes 10
@@ -27,11 +27,11 @@ class _Pose(NamedTuple):
 
 
 def find_view(camera: CameraSetup, places: FloatArray, corners: FloatArray, size: tuple[int, int],
-              angle: float) -> tuple[View, float]:
+              angle: float) -> tuple[CameraView, float]:
     """The camera that sees corners (4, 3) at places (4, 2) of its pictures, and how far the worst is off, pixels."""
     pose = _find_pose(camera, rays_through(places, size, angle), corners, angle / size[1])
     worst = float(np.linalg.norm(pose.separation, axis=1).max())
-    return View(pose.position, pose.orientation, size, angle), worst / (2 * np.tan(angle / 2) / size[1])
+    return CameraView(pose.position, pose.orientation, size, angle), worst / (2 * np.tan(angle / 2) / size[1])
 
 
 def _find_pose(camera: CameraSetup, toward: FloatArray, corners: FloatArray, pixel: float) -> _Pose:

@@ -24,7 +24,7 @@ class Part(NamedTuple):
     side: int
 
 
-class Compared(NamedTuple):
+class ComparedPhotograph(NamedTuple):
     """The only photograph of a description, which is compared."""
 
     radiance: RealArray     # (h, w, channels)
@@ -32,19 +32,19 @@ class Compared(NamedTuple):
     part: Part
 
 
-def read_compared(setup: CaptureSetup) -> Compared:
+def read_compared(setup: CaptureSetup) -> ComparedPhotograph:
     """The only photograph of a description, and the part of it that the ball or the sample takes."""
     if setup.ball is not None:
         (shot,), _ = read_photographs(setup)
-        return Compared(shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask,
-                        _ball_part(shot))
+        return ComparedPhotograph(shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask,
+                                  _ball_part(shot))
     light = Pictures(setup).lamp_light(setup.photographs[0], "files")
     size = light.radiance.shape[0], light.radiance.shape[1]
     corners, mask = corner_places(setup.need_sample(), size), read_mask(setup.need_sample(), size)
     side = int(np.ceil(_MARGIN * np.ptp(corners, axis=0).max()))
     left, top = np.round((corners.min(axis=0) + corners.max(axis=0) - side) / 2).astype(int).tolist()
-    return Compared(light.radiance, light.known & polygon_mask(corners, size) & (mask is None or mask),
-                    Part(left, top, side))
+    return ComparedPhotograph(light.radiance, light.known & polygon_mask(corners, size) & (mask is None or mask),
+                              Part(left, top, side))
 
 
 def _ball_part(photograph: BallPhotograph) -> Part:

@@ -22,8 +22,8 @@ from .flat_advice import next_lamp
 from .flat_judging import contradictions, turned_lamps
 from .flat_photograph import FlatPhotograph, observed
 from .pictures.picture_files import NEEDED
-from .rig.report import Report, judge_left_out
-from .rig.scale import ANGLES, too_bright
+from .rig.report import MeasurementReport, judge_left_out
+from .rig.scale import SHARE_ANGLES, too_bright
 
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
@@ -101,7 +101,7 @@ def _left_out_error(maps: Maps, others: Sequence[FlatPhotograph], shot: FlatPhot
     return float(np.linalg.norm(expected - there)) / size if size else float("nan")
 
 
-def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | None = None) -> Report:
+def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | None = None) -> MeasurementReport:
     """What is to be said of maps. The albedo is that which was guessed, if it was."""
     height, width, count = maps.weights.shape
     most = float(maps.weights.max()) or 1.0
@@ -123,14 +123,16 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
     judged = (*contradictions(maps.fits, observed(photographs, some, frame[2]), frame,
                               [each.name for each in photographs]),
               *turned_lamps(maps.normals, frame, maps.used > 0, size))
-    return Report((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice), (*doubts, *judged))
+    return MeasurementReport((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice),
+                             (*doubts, *judged))
 
 
 def reflected_light(maps: Maps) -> FloatArray:
-    """The share of light from each of `ANGLES` that a sample reflects: the median of its texels, (angles, channels)."""
+    """The share of light from each of `SHARE_ANGLES` that a sample reflects, the median of its texels: (angles,
+    channels)."""
     height, width, count = maps.weights.shape
     weights = maps.weights[evenly(height, width, _WEIGHED)].reshape(-1, count)
-    shares = np.stack(np.broadcast_arrays(*(directional_albedo(fit, ANGLES) for fit in maps.fits)))
+    shares = np.stack(np.broadcast_arrays(*(directional_albedo(fit, SHARE_ANGLES) for fit in maps.fits)))
     return np.asarray(np.median(np.einsum("nm,mac->nac", weights, shares), axis=0))
 
 

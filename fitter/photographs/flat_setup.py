@@ -16,7 +16,7 @@ from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, o
 from .pictures.light import Light, same_pictures
 from .pictures.picture_files import read_picture_info
 from .pictures.reading import Part, Pictures, read_mask
-from .rig.camera import View, field_of_view, pixel_angle, rays_through
+from .rig.camera import CameraView, field_of_view, pixel_angle, rays_through
 from .rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
 from .rig.photograph import is_saturated
 from .rig.scale import GUESSED, lamp_intensity
@@ -190,7 +190,7 @@ class _Window(NamedTuple):
     pixels: int = 1                     # pixels of a texel along both axes
 
     @classmethod
-    def enclosing(cls, view: View, whole: FloatArray, places: FloatArray, shape: tuple[int, int],
+    def enclosing(cls, view: CameraView, whole: FloatArray, places: FloatArray, shape: tuple[int, int],
                   mask: BoolArray | None) -> "_Window":
         """Of pictures in which the corners `whole` (4, 3) of a sample are at these places, (4, 2)."""
         first, last = np.floor(places.min(axis=0)) - _BESIDE, np.ceil(places.max(axis=0)) + _BESIDE

@@ -18,7 +18,7 @@ from ...quality.cross_validation import cube_root
 from ...quality.physics import direction_pairs
 from ...samples import Samples, subsample, subset
 from ..rig.photograph import STEEPEST
-from ..rig.report import Report, judge_left_out
+from ..rig.report import MeasurementReport, judge_left_out
 from .coverage import REACH, Coverage, coverage, difference_angle
 from .measuring import BallMeasurement
 from .photograph import BallPhotograph, measure_pixels
@@ -29,11 +29,11 @@ _JUDGED = 1000              # samples by which a photograph is predicted
 _PAIRS = 20_000             # of directions, of which those in a gap are looked at
 
 
-def report_ball(measured: BallMeasurement) -> Report:
+def report_ball(measured: BallMeasurement) -> MeasurementReport:
     """What is to be said of photographs of a ball."""
     others = judge_left_out(measured.photographs, _left_out_error)
-    return Report((*measured.samples.notes, *([others.words] if others else []), *advice(measured.samples)),
-                  (*measured.doubts, *([others.words] if others and others.is_bad else [])))
+    return MeasurementReport((*measured.samples.notes, *([others.words] if others else []), *advice(measured.samples)),
+                             (*measured.doubts, *([others.words] if others and others.is_bad else [])))
 
 
 def advice(samples: Samples) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from ...arrays import Directions, FloatArray, IntArray
 from ...coordinates.half_angle import HalfAngle
 
 SYSTEM = HalfAngle(100.0)
-CELLS = 1600, 300, 300      # along h, x and y from -1 to 1, where there is room for as many
+_CELLS = 1600, 300, 300      # along h, x and y from -1 to 1, where there is room for as many
 _COARSER = 0.95             # times as many along each axis, or fewer, until no more are occupied than there may be
 _PRIOR_COUNT = 3            # pixels with the scatter that was expected, which those of a cell are added to
 
@@ -47,7 +47,7 @@ def bin_samples(directions: Directions, values: FloatArray, deviation: FloatArra
 
 def _cells(mu: FloatArray, most: int) -> IntArray:
     """The number of each point's cell, from 0 and without gaps: (n, 3) in [-1, 1] to (n,)."""
-    counts = np.array(CELLS)
+    counts = np.array(_CELLS)
     while True:
         index = np.minimum((0.5 * (mu + 1) * counts).astype(np.int64), counts - 1)
         packed = (index[:, 0] * counts[1] + index[:, 1]) * counts[2] + index[:, 2]

@@ -15,12 +15,12 @@ from ..description.capture_setup import CaptureSetup, Known
 from ..pictures.light import Light, same_pictures
 from ..pictures.reading import Pictures, read_mask
 from ..rig.ball_finding import brightest, find_ball
-from ..rig.camera import View, field_of_view, orientation
+from ..rig.camera import CameraView, field_of_view, orientation
 from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
 from ..rig.scale import (
-    ANGLES,
     GUESSED,
     NEAR_NORMAL,
+    SHARE_ANGLES,
     check_albedo,
     check_intensity,
     lamp_intensity,
@@ -93,8 +93,8 @@ def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]
     ball, (height, width, _) = setup.need_ball(), lights[0].radiance.shape
     centre, radius = np.zeros(3) if ball.place is None else ball.place, ball.radius or RADIUS
     position, notes = setup.camera.position, tuple[str, ...]()
-    view = View(np.zeros(3), orientation(setup.camera, centre), (height, width),
-                field_of_view(setup.camera, pictures.said.values()))
+    view = CameraView(np.zeros(3), orientation(setup.camera, centre), (height, width),
+                      field_of_view(setup.camera, pictures.said.values()))
     mask = read_mask(ball, view.size)
     if setup.camera.is_far or isinstance(ball.centre, str):
         outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays(), str(setup.path))
@@ -125,11 +125,11 @@ def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArr
 
 
 def reflected_light(samples: Samples) -> FloatArray:
-    """The share of light from each of `ANGLES` that is reflected, (angles, channels), by a model of lobes fitted to
-    samples."""
+    """The share of light from each of `SHARE_ANGLES` that is reflected, (angles, channels), by a model of lobes fitted
+    to samples."""
     some = subset(samples, choice(len(samples), _FITTED))
     offset = float(np.median(np.abs(some.values)))
-    return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], ANGLES)
+    return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], SHARE_ANGLES)
 
 
 def scale_samples(samples: Samples, albedo: float) -> Samples:

@@ -53,7 +53,7 @@ def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
 def _touching(v: FloatArray, photograph: BallPhotograph) -> FloatArray:
     """Rays through the clear edges near the outline v: (n, 3)."""
     profile, grey = _profile(v, photograph), photograph.radiance.mean(axis=2)
-    level = outline.BRIGHT * float(np.percentile(grey, 99.5))
+    level = outline.BALL_BRIGHTNESS * float(np.percentile(grey, 99.5))
     with np.errstate(invalid="ignore"):
         clear = ((profile.beyond < (1 - _SHARP) * profile.within) & (profile.within > level)
                  & (np.abs(profile.edge) < MOVED + 0.5))
@@ -85,7 +85,7 @@ def check_outline(photograph: BallPhotograph) -> None:
     residual = grey - mean_of_neighbours(photograph.radiance).mean(axis=2)
     around = residual[off > outline.WINDOW]
     noise = scatter(around) / np.sqrt(1.25) if len(around) else 0.0
-    is_bright = grey > max(outline.BRIGHT * float(np.percentile(grey, 99.5)), outline.ABOVE_NOISE * noise)
+    is_bright = grey > max(outline.BALL_BRIGHTNESS * float(np.percentile(grey, 99.5)), outline.ABOVE_NOISE * noise)
     if photograph.mask is not None:
         is_bright &= photograph.mask
     of_ball = np.count_nonzero(is_bright & (off < 0))

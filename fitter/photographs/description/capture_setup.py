@@ -18,7 +18,7 @@ import numpy as np
 from ...arrays import FloatArray
 from ...errors import DatasetError, printable
 
-LEAST, LARGEST = 1e-9, 1e9  # of numbers: their squares and quotients are within double precision by far
+LEAST_VALUE, _LARGEST = 1e-9, 1e9  # of numbers: their squares and quotients are within double precision by far
 GUESS = 0.5                 # of an albedo, where there is nothing better
 MOST_MATERIALS = 4          # every choice of them is tried at each texel
 MOST_TEXELS = 4096          # of maps, along both axes
@@ -39,7 +39,7 @@ class Kind(NamedTuple):
     convert: Callable[[Any, Path], Any]
 
 
-def _numbers(value: Any, *shape: int, least: float = -LARGEST, most: float = LARGEST) -> Any:
+def _numbers(value: Any, *shape: int, least: float = -_LARGEST, most: float = _LARGEST) -> Any:
     """A number, or an array of this shape, in which 0 is any number of numbers, or three rows or more."""
     if shape:
         if not isinstance(value, list | tuple) or len(value) < (shape[0] or 2 * len(shape) - 1) or len(value) != (
@@ -82,7 +82,7 @@ def _place_or(word: str) -> Kind:
 
 _BALL, _SAMPLE = "ball", "sample"   # whose descriptions alone have a key
 _TEXT = Kind("a text", lambda value, _: printable(_text(value)))
-_POSITIVE = Kind(f"a number of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, least=LEAST))
+_POSITIVE = Kind(f"a number of {LEAST_VALUE:g} to {_LARGEST:g}", lambda value, _: _numbers(value, least=LEAST_VALUE))
 _PLACE = Kind("3 numbers", lambda value, _: _numbers(value, 3))
 _DIRECTION = Kind("a vector toward it, 3 numbers", lambda value, _: _unit_vector(value))
 _REGION = Kind("4 numbers", lambda value, _: _numbers(value, 4))
@@ -91,12 +91,12 @@ _CORNERS = Kind("four places of two numbers, pixels from the left and the top", 
 _OUTLINE = Kind("three places of two numbers or more, pixels from the left and the top",
                 lambda value, _: _numbers(value, 0, 2))
 _VALUES = Kind("a number above 0, or one for each channel", lambda value, _: np.array(
-    _numbers(value, *[0] * isinstance(value, list | tuple), least=LEAST)))
-_EXPOSURES = Kind(f"numbers of {LEAST:g} to {LARGEST:g}", lambda value, _: _numbers(value, 0, least=LEAST))
+    _numbers(value, *[0] * isinstance(value, list | tuple), least=LEAST_VALUE)))
+_EXPOSURES = Kind(f"numbers of {LEAST_VALUE:g} to {_LARGEST:g}", lambda value, _: _numbers(value, 0, least=LEAST_VALUE))
 _BRIGHTNESS = Kind('"found", or a number above 0 for each photograph',
-                   lambda value, _: value if value == "found" else _numbers(value, 0, least=LEAST))
+                   lambda value, _: value if value == "found" else _numbers(value, 0, least=LEAST_VALUE))
 _ALBEDO = Kind("more than 0 and at most 1, of what reflects no more than it gets",
-               lambda value, _: _numbers(value, least=LEAST, most=1))
+               lambda value, _: _numbers(value, least=LEAST_VALUE, most=1))
 _ENCODING = Kind(" or ".join(ENCODINGS), lambda value, _: _text(value, *ENCODINGS))
 _FILES = Kind("the name of a file, or a list of them", _files)
 _MATERIALS = Kind(f"files, or a number of 1 to {MOST_MATERIALS}", lambda value, folder: int(

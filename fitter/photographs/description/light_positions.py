@@ -23,7 +23,7 @@ from ...errors import DatasetError
 from ...storage.files import read_bytes
 
 SUFFIX, PROJECTS = ".lp", (".json", ".relight")
-LARGEST = 1 << 20           # bytes of the file
+_LARGEST = 1 << 20           # bytes of the file
 _COUNT = re.compile(r"\d{1,6}")
 _NUMBER = re.compile(r"[-+]?(\d{1,20}([.,]\d{0,40})?|[.,]\d{1,40})([eE][-+]?\d{1,3})?")
 _LEAST, _MOST = 0.5, 2.0    # length of what is a unit vector that was rounded or measured
@@ -39,7 +39,7 @@ class LightPositions(NamedTuple):
 def read(path: str | Path) -> LightPositions:
     """The light positions in a file. Raises DatasetError, which names the line, if they are not there."""
     path, names, directions = Path(path), list[str](), list[FloatArray]()
-    text = read_bytes(path, LARGEST).decode("utf-8-sig", errors="surrogateescape")
+    text = read_bytes(path, _LARGEST).decode("utf-8-sig", errors="surrogateescape")
     for name, where, vector in (_read_project if path.suffix.lower() in PROJECTS else _read_lines)(text, path):
         length = float(np.linalg.norm(vector))
         if length and not _LEAST < length < _MOST:

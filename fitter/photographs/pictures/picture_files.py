@@ -45,7 +45,7 @@ class PictureInfo:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Picture(PictureInfo):
+class PictureFile(PictureInfo):
     """A photograph from a file, as the sensor has it: EXIF's orientation is not followed, but told."""
 
     stored: SingleArray                 # as the file has them, top row first, of integers 1 is white: (h, w, 1 or 3)
@@ -70,7 +70,7 @@ class Picture(PictureInfo):
         return self.linear()[0]
 
 
-def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
+def read_picture(path: str | Path, encoding: str | None = None) -> PictureFile:
     """Read a photograph of any file that OpenImageIO reads; EXR or TIFF that a raw converter has written linearly are
     best.
 
@@ -112,8 +112,8 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
     if bits == 8:
         worst = step / _MID_GREY if bend is None else float(bend(np.array(_GREY_IN_SRGB + step))) / _MID_GREY - 1
         notes.append(f"8 bits a channel, whose steps are {worst:.1%} at a grey of {_MID_GREY:g}, more in the dark")
-    return Picture(**vars(info), stored=pixels, bend=bend, stored_step=step, matrix=_matrix(spec),
-                   notes=(*notes, *more), is_turned=turn is not None)
+    return PictureFile(**vars(info), stored=pixels, bend=bend, stored_step=step, matrix=_matrix(spec),
+                       notes=(*notes, *more), is_turned=turn is not None)
 
 
 def read_picture_info(path: str | Path) -> PictureInfo:

@@ -11,7 +11,7 @@ from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError, printable
 from ..description.capture_setup import BallSetup, CaptureSetup, LampSetup, Lit, SampleSetup, Shot
 from .light import Exposure, Light, check_bright, divide_flat, merge_exposures, middle_part, subtract_dark
-from .picture_files import Picture, read_picture, read_picture_info
+from .picture_files import PictureFile, read_picture, read_picture_info
 
 _MASKED = 0.5               # of white
 _BAND = 1 << 20             # pixels that are merged at a time
@@ -26,7 +26,7 @@ class Pictures:
     """How all pictures of a description are read, and what those that were read say."""
 
     setup: CaptureSetup
-    said: dict[Path, Picture] = field(default_factory=dict)         # of the files that were read, without their pixels
+    said: dict[Path, PictureFile] = field(default_factory=dict)     # of the files that were read, without their pixels
     _known: dict[tuple[str, str], Light] = field(default_factory=dict)      # of the whole lamp, by key and part
 
     @property

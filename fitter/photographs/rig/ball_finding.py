@@ -13,9 +13,20 @@ import numpy as np
 from ...arrays import BoolArray, FloatArray, RealArray
 from ...errors import DatasetError
 from .camera import pixel_angle
-from .outline import ABOVE_NOISE, BRIGHT, CLEAR, SECTORS, WINDOW, Outline, angle_beyond, edge_profile, fit_cone, scatter
+from .outline import (
+    ABOVE_NOISE,
+    BALL_BRIGHTNESS,
+    CLEAR,
+    SECTORS,
+    WINDOW,
+    Outline,
+    angle_beyond,
+    edge_profile,
+    fit_cone,
+    scatter,
+)
 
-_LEVELS = BRIGHT, 0.05, 0.1, 0.2, 0.4       # of a ball above its background, of the brightest of the picture
+_LEVELS = BALL_BRIGHTNESS, 0.05, 0.1, 0.2, 0.4       # of a ball above its background, of the brightest of the picture
 _LEAST = 5.0                # pixels, of a ball's radius
 _SECOND = 0.1               # of the largest region's pixels, that another must have to count as a ball
 _COARSE = 200               # pixels along a picture in which regions are told apart

@@ -9,13 +9,13 @@ import numpy as np
 from ...arrays import ArrayLike, FloatArray
 from ...errors import DatasetError
 from ..description.capture_setup import CameraSetup
-from ..pictures.picture_files import Picture, PictureInfo
+from ..pictures.picture_files import PictureFile, PictureInfo
 from ..pictures.reading import WHOLE, Part
 
 _FAR_VIEW = np.radians(1.0)     # of one far away whose lens nobody knows: its rays are parallel, nearly
 
 
-class View(NamedTuple):
+class CameraView(NamedTuple):
     """A camera and its pictures."""
 
     position: FloatArray        # (3,), metres
@@ -36,7 +36,7 @@ class View(NamedTuple):
 
 
 def rays(height: int, width: int, angle: float, orientation: ArrayLike | None = None) -> FloatArray:
-    """The directions from a camera through the centres of its pixels, as `View` has them.
+    """The directions from a camera through the centres of its pixels, as `CameraView` has them.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def rays(height: int, width: int, angle: float, orientation: ArrayLike | None = 
     [[-0.447, 0.0, -0.894], [0.447, 0.0, -0.894]]
     """
     turned = np.eye(3) if orientation is None else np.asarray(orientation, dtype=float)
-    return View(np.zeros(3), turned, (height, width), angle).rays()
+    return CameraView(np.zeros(3), turned, (height, width), angle).rays()
 
 
 def rays_through(places: FloatArray, size: tuple[int, int], angle: float) -> FloatArray:
@@ -72,7 +72,7 @@ def project_directions(directions: FloatArray, size: tuple[int, int], angle: flo
 
 
 def orientation(camera: CameraSetup, middle: ArrayLike) -> FloatArray:
-    """The orientation of a camera, as `View` has it, that by default looks at the middle of what is measured.
+    """The orientation of a camera, as `CameraView` has it, that by default looks at the middle of what is measured.
 
     One that is far by default looks along -z, with y up: the scene has the axes of its pictures.
     """
@@ -101,7 +101,7 @@ def lens_angle(focal_length: float, sensor_width: float) -> float:
     return 2 * float(np.arctan(sensor_width / (2 * focal_length)))
 
 
-def field_of_view(camera: CameraSetup, pictures: Iterable[Picture | PictureInfo]) -> float:
+def field_of_view(camera: CameraSetup, pictures: Iterable[PictureFile | PictureInfo]) -> float:
     """The angle of the pictures' width, radians, by the description, or else by what the pictures say."""
     if camera.field_of_view is not None:
         return float(np.radians(camera.field_of_view))

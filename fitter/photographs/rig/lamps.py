@@ -12,7 +12,7 @@ from ...errors import DatasetError
 from ..description.capture_setup import BallSetup, CaptureSetup, Known, ScaleSetup, Shot
 from ..pictures.reading import WHOLE, Part, Pictures, bounds, read_mask
 from .ball_finding import brightest, disc_outline, find_ball, regions
-from .camera import View
+from .camera import CameraView
 
 FAR = 1e4                   # sizes of what it lights, to a lamp far away, which lights all of it alike to 1e-4
 _BRIGHT = 0.5               # of the brightest pixel: what is the lamp's image
@@ -29,7 +29,7 @@ class MeasuredPlace(NamedTuple):
     size: float
 
 
-class Lamp(NamedTuple):
+class LampPlace(NamedTuple):
     """A lamp of a description."""
 
     toward: FloatArray  # its place, metres, or where it is far the unit vector toward it: (3,)
@@ -46,36 +46,37 @@ class Highlight(NamedTuple):
     point: FloatArray       # on the ball: (3,), metres
     direction: FloatArray   # unit vector: (3,)
 
-    def lamp(self, middle: FloatArray, distance: float | None) -> Lamp:
+    def lamp(self, middle: FloatArray, distance: float | None) -> LampPlace:
         """The lamp on the line that is so far from a place, (3,), metres, or far away.
 
         Raises DatasetError if the distance is less than that of the ball.
         """
         if distance is None:
-            return Lamp(self.direction, True)
+            return LampPlace(self.direction, True)
         off = self.point - middle
         if not distance > np.linalg.norm(off):
             raise DatasetError(f"a lamp {distance:g} m from the middle of the ball found, expected more than its "
                                f"radius")
         along = float(off @ self.direction)
-        return Lamp(np.asarray(self.point + self.direction * (np.sqrt(along ** 2 + distance ** 2 - off @ off) - along)),
-                    False)
+        length = np.sqrt(along ** 2 + distance ** 2 - off @ off) - along
+        return LampPlace(np.asarray(self.point + self.direction * length), False)
 
 
 class Scene(NamedTuple):
     """What all photographs of a description share, and a lamp for each."""
 
-    view: View
+    view: CameraView
     what: MeasuredPlace             # the ball, or the middle of a sample with its diagonal
     shots: tuple[Shot, ...]
-    lamps: list[Lamp]
+    lamps: list[LampPlace]
     scale: ScaleSetup
     lit: MeasuredPlace              # what the lamps light that tell the scale
     notes: tuple[str, ...]
     mask: BoolArray | None = None   # pixels that count, of a ball
 
 
-def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: MeasuredPlace) -> list[Lamp | None]:
+def find_lamps(setup: CaptureSetup, pictures: Pictures, view: CameraView,
+               what: MeasuredPlace) -> list[LampPlace | None]:
     """The lamp of each photograph: at its place, in its direction, or where a chrome ball shows it; None where the
     photograph of a flat sample shows none."""
     shots, is_flat = setup.photographs, setup.sample is not None
@@ -91,7 +92,7 @@ def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: Measur
                          radius=chrome.radius or what.size)
     ball = _find_chrome_ball(chrome, mirrored, pictures, view)
     part = _part_around(ball, view) if is_flat else None
-    rays, found = view.rays(part or WHOLE), list[Lamp | None]()
+    rays, found = view.rays(part or WHOLE), list[LampPlace | None]()
     for shot in shots:
         if shot not in mirrored:
             found.append(place_lamp(shot, what.middle, turn))
@@ -113,14 +114,14 @@ def find_lamps(setup: CaptureSetup, pictures: Pictures, view: View, what: Measur
 
 
 def place_lamp(given: Shot | Known, middle: FloatArray, turn: FloatArray | None = None,
-               ball: FloatArray | None = None) -> Lamp:
+               ball: FloatArray | None = None) -> LampPlace:
     """The lamp of a photograph that has its place or direction.
 
     `turn` (3, 3) is from the axes of the direction to the scene's, and the direction holds at `ball` (3,), by default
     in the middle (3,), which the distance counts from.
     """
     if given.lamp is not None:
-        return Lamp(given.lamp, False)
+        return LampPlace(given.lamp, False)
     if given.direction is None:
         raise given.error("lamp", "a position, or instead of it a direction")
     direction = given.direction if turn is None else turn @ given.direction
@@ -128,7 +129,7 @@ def place_lamp(given: Shot | Known, middle: FloatArray, turn: FloatArray | None 
     return Highlight(middle if ball is None else ball, direction).lamp(middle, distance)
 
 
-def are_far(lamps: Sequence[Lamp], path: Path) -> bool:
+def are_far(lamps: Sequence[LampPlace], path: Path) -> bool:
     """Whether the lamps of photographs, one or more, are far. DatasetError if some are, and others are not: it is not
     known then how bright they are beside each other."""
     if len({lamp.is_far for lamp in lamps}) > 1:
@@ -137,7 +138,7 @@ def are_far(lamps: Sequence[Lamp], path: Path) -> bool:
     return lamps[0].is_far
 
 
-def _find_chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictures, view: View) -> MeasuredPlace:
+def _find_chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictures, view: CameraView) -> MeasuredPlace:
     """Where the ball is: by a mask; by its centre; or by its outline in pictures of its own. If its radius is not said
     it lies in the plane z = 0."""
     mask = read_mask(chrome, view.size)
@@ -155,7 +156,7 @@ def _find_chrome_ball(chrome: BallSetup, shots: Sequence[Shot], pictures: Pictur
     return MeasuredPlace(outline.centre(view.position, radius), radius)
 
 
-def _part_around(ball: MeasuredPlace, view: View) -> Part:
+def _part_around(ball: MeasuredPlace, view: CameraView) -> Part:
     """The rows and columns of pictures that have a ball."""
     across = _ROOM * ball.size / float(np.linalg.norm(ball.middle - view.position)) * view.size[1] / view.angle + 2
     columns, rows = (slice(max(int(each - across), 0), max(int(each + across) + 1, 0))

@@ -18,7 +18,7 @@ from .photograph import TO_SIGMA
 
 SECTORS = 48                # of the outline
 WINDOW = 6.0                # pixels to both sides of the outline where its edge is looked for
-BRIGHT = 0.02               # a ball is brighter than this share of what its picture has beside the background
+BALL_BRIGHTNESS = 0.02               # a ball is brighter than this share of what its picture has beside the background
 ABOVE_NOISE = 6.0           # standard deviations of the background by which a ball is brighter than it
 CLEAR = 0.5                 # least share of the brightness within that is missing beyond an edge
 _STEP = 0.1                 # pixels between the places that are tried

@@ -9,7 +9,7 @@ from .photograph import Photograph
 _Photograph = TypeVar("_Photograph", bound=Photograph)
 
 
-class Report(NamedTuple):
+class MeasurementReport(NamedTuple):
     """What is to be said of what was measured: lines, and those of them that say that something is wrong."""
 
     lines: tuple[str, ...]

@@ -14,11 +14,11 @@ from ...errors import DatasetError
 from ..description.capture_setup import Known, ScaleSetup
 from ..pictures.picture_files import read_picture_info
 from ..pictures.reading import Pictures
-from .lamps import FAR, Lamp, MeasuredPlace, are_far, place_lamp
+from .lamps import FAR, LampPlace, MeasuredPlace, are_far, place_lamp
 
 GUESSED = "The scale is a guess: an albedo of {} was given"
 NEAR_NORMAL = np.radians(60)    # polar angle up to which real paints are Lambertian enough
-ANGLES = np.arcsin(np.sqrt((np.arange(6) + 0.5) / 6))       # of equal shares of the light that leaves a Lambertian
+SHARE_ANGLES = np.arcsin(np.sqrt((np.arange(6) + 0.5) / 6))     # of equal shares of the light that leaves a Lambertian
 _BRIGHTEST = 1.02           # share of the light that a white paint may seem to reflect, by its noise
 
 
@@ -40,7 +40,7 @@ def lamp_intensity(scale: ScaleSetup, pictures: Pictures, channels: int, what: M
     known = scale.ball or scale.card
     assert known is not None
     lamp = place_lamp(known, what.middle)
-    are_far([lamp, Lamp(lamp.toward, is_far)], known.path)
+    are_far([lamp, LampPlace(lamp.toward, is_far)], known.path)
     place = lamp.place(*what)
     if known.albedo.ndim and len(known.albedo) != channels:
         raise known.error("albedo", f"a number above 0, or {channels}")
@@ -120,11 +120,11 @@ def check_intensity(intensity: FloatArray, what: str) -> FloatArray:
 
 def too_bright(light: FloatArray, albedo: float | None = None) -> tuple[str, ...]:
     """A note where more is `reflected` than arrives, (angles, channels); `albedo` is the one that was given."""
-    upright = ANGLES < NEAR_NORMAL         # what grazes is a guess
+    upright = SHARE_ANGLES < NEAR_NORMAL         # what grazes is a guess
     most = light[upright].max()
     if most <= _BRIGHTEST:
         return ()
-    angle = np.degrees(ANGLES[upright][light[upright].max(axis=1).argmax()])
+    angle = np.degrees(SHARE_ANGLES[upright][light[upright].max(axis=1).argmax()])
     why = ("the lamp's intensity, a card's albedo or a distance is wrong" if albedo is None
            else f"an albedo of {albedo / most:.2g} is the largest that it can have")
     return f"More light leaves than arrives, {most:.3g} of it at {angle:.0f} degrees: {why}",

@@ -281,9 +281,9 @@ def compared_at_once(extension, monkeypatch):
     """Without a second Blender, which renders for seconds."""
     from measured_brdf.addon.photographs import comparison, operators
 
-    grey = np.full((4, 4, 3), 0.5)
+    grey, counted = np.full((4, 4, 3), 0.5), np.ones((4, 4), bool)
     monkeypatch.setattr(operators, "Command", lambda *_: SimpleNamespace(run=lambda: None))
-    monkeypatch.setattr(comparison, "read_answer", lambda _: comparison.Compared(grey, 0.9 * grey, grey[..., 0] > 0))
+    monkeypatch.setattr(comparison, "read_answer", lambda _: comparison.RenderedPair(grey, 0.9 * grey, counted))
 
 
 @pytest.mark.parametrize("step", quick([1, 5], 5))
