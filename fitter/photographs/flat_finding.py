@@ -7,8 +7,7 @@
    Algorithms for Separable Nonnegative Matrix Factorization, IEEE Transactions on Pattern Analysis and Machine
    Intelligence 36(4), 2014): the purest texels.
 3. There are as many materials as predict photographs best that were left out: one to four, or none, which is each
-   texel's own Lambertian, a mix of one of each channel, and a lobe of the sample's mean. A fifth of the photographs is
-   left out at a time: what too few are fitted to says more of their number than of the ways.
+   texel's own Lambertian, a mix of one of each channel, and a lobe of the sample's mean.
 4. Each material is fitted to what the texels that are mostly of it show under all lamps, less what they show of the
    others; then weights and normals, and materials again (Lensch et al. 2003).
 """
@@ -37,16 +36,16 @@ from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radia
 from .rig.photograph import STEEPEST, to_local_angles
 
 MOST_TEXELS = 1500          # that are looked at: 4 s, and three materials have a hundred pure ones each
-_WIDTHS = 0.05, 0.15, 0.4, 0.9  # alpha of the lobes
+_WIDTHS = 0.05, 0.15, 0.4   # alpha of the lobes
 _F0, _GAMMA = 0.08, 2.0     # of the lobes
 _FEWEST = 4                 # photographs of a texel that has as many strengths
 _LEAST_TEXELS = 30
 _OF_LOBES = 0.03            # of a value, by which mixes of lobes are wrong
-NONE = 0                    # of the materials that a sample is a mix of: each texel is its own
-# from few numbers of each texel to many: its own Lambertian has one of each channel
-_WAYS = {1: "1 material", 2: "2 materials", 3: "3 materials",
-         NONE: "each texel's own Lambertian and a lobe of the sample's mean", MOST_MATERIALS: "4 materials"}
-_ENOUGH = 1.05              # times the least error, that a way with fewer numbers of each texel may have
+NONE, DULL = 0, -1          # of the materials that a sample is a mix of: each texel is its own, with or without a lobe
+_WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range(1, MOST_MATERIALS + 1)},
+         NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}
+_ENOUGH = 1.3               # times the least error of cube roots, that fewer materials may have
+_OWN_BETTER = 1.25          # times the error of texels that are each their own, that materials may have
 _FOLDS, _JUDGED, _SHOTS = 5, 250, 24    # times that photographs are left out; texels and photographs that are looked at
 _LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
 _FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
@@ -80,8 +79,9 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
     if count is None:
         count, notes = _best_count(seen, frame)
     equations = _equations(seen, texels, frame)
-    if count == NONE:
-        return tuple(_fit_model(each, f"Part {k}", seen) for k, each in enumerate(_own(equations), start=1)), notes
+    if count < 1:
+        return tuple(_fit_model(each, f"Part {k}", seen)
+                     for k, each in enumerate(_own(equations, count == NONE), start=1)), notes
     mixed = _factorise(equations, count)
     models: Sequence[Reflectance] = _models(mixed.strengths)
     texels = texels._replace(weights=mixed.weights)
@@ -133,7 +133,7 @@ def _models(strengths: FloatArray) -> list[Microfacet]:
     return [Microfacet(each[:, 0] / np.pi, each[:, 1:].T, *shapes) for each in strengths]
 
 
-def _own(equations: _Equations) -> list[Microfacet]:
+def _own(equations: _Equations, shines: bool = True) -> list[Microfacet]:
     """A Lambertian of each channel, and where it shines a lobe of the sample's mean: what mixes to each texel's own
     Lambertian."""
     gram, right = (each.sum(axis=0) for each in equations)
@@ -142,7 +142,7 @@ def _own(equations: _Equations) -> list[Microfacet]:
     parts = np.zeros((channels + 1, channels, lobes))
     parts[np.arange(channels), np.arange(channels), 0] = np.maximum(whole[:, 0], _LEAST_DIFFUSE * whole.sum(axis=1))
     parts[channels, :, 1:] = whole[:, 1:]
-    return _models(parts if whole[:, 1:].any() else parts[:channels])
+    return _models(parts if shines and whole[:, 1:].any() else parts[:channels])
 
 
 def _fit_model(model: Microfacet, name: str, seen: Observed) -> Fit:
@@ -160,7 +160,7 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
     some = np.linspace(0, len(seen.good) - 1, min(len(seen.good), _JUDGED)).astype(int)
     shots = np.unique(np.linspace(0, seen.good.shape[1] - 1, _SHOTS).astype(int))
     seen, count = seen.some(some).some(np.s_[:, shots]), len(shots)
-    errors: dict[int | str, list[float]] = {}
+    errors: dict[int | str, list[tuple[float, float]]] = {}
     for fold in range(min(_FOLDS, count)):
         left = np.arange(count) % _FOLDS == fold
         used, other = (seen._replace(good=seen.good & which) for which in (~left, left))
@@ -172,22 +172,30 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
             continue
         used, other, texels = used.some(enough), other.some(enough), grey.part(enough)
         equations = _equations(used, texels, frame)
-        for way in _WAYS:
-            models = _own(equations) if way == NONE else _models(_factorise(equations, way).strengths)
+        ways = {number: _models(_factorise(equations, number).strengths)
+                for number in range(1, MOST_MATERIALS + 1)} | {
+                        NONE: _own(equations), DULL: _own(equations, False)}
+        for way, models in ways.items():
             found = solved(models, used, frame, texels.slopes)
             prior = prior_of(found)
             if prior.is_poor:
                 found = solved(models, used, frame, found.slopes, prior)
             unit = radiances(models, other.lit, normals_of(found.slopes, frame), other.good)
-            errors.setdefault(way, []).extend(relative_errors(np.einsum("npcm,nm->npc", unit, found.weights), other))
+            errors.setdefault(way, []).extend(_both_errors(np.einsum("npcm,nm->npc", unit, found.weights), other))
         for name, expected in predict_unconstrained(used, other, frame).items():
-            errors.setdefault(name, []).extend(relative_errors(expected, other))
+            errors.setdefault(name, []).extend(_both_errors(expected, other))
     if not errors:
         return 1, ()
-    mean = {way: float(np.mean(each)) for way, each in errors.items()}
-    least = min(mean[way] for way in _WAYS)
-    best = next(way for way in _WAYS if mean[way] <= _ENOUGH * least)
-    why = f", for no other is {_ENOUGH - 1:.0%} better" if mean[best] > least else ""
+    # a photograph that is missed by more than it shows counts by as much: a metal's Lambertians miss those of low lamps
+    mean, of_roots = ({way: float(np.mean(each, axis=0)[k]) for way, each in errors.items()} for k in (0, 1))
+    numbers = range(1, MOST_MATERIALS + 1)
+    # highlights, which lobes of a few widths miss, are less of the cube roots
+    best = next(each for each in numbers if of_roots[each] <= _ENOUGH * min(of_roots[each] for each in numbers))
+    own = min(NONE, DULL, key=lambda each: mean[each])
+    if _OWN_BETTER * mean[own] < mean[best]:
+        best = own
+    why = f", for more are not {_ENOUGH:g} times better by cube roots, in which highlights count less" if (
+        best not in (NONE, DULL) and mean[best] > min(mean[each] for each in numbers)) else ""
     notes = ["Photographs that were left out are predicted within " + ", ".join(
         f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is{why}"]
     free = min(UNCONSTRAINED, key=lambda each: mean[each])
@@ -195,6 +203,12 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
         notes.append(f"No mix of materials describes this sample: a {free} at each texel, whatever the others are, "
                      f"predicts those within {mean[free]:.1%}")
     return best, tuple(notes)
+
+
+def _both_errors(expected: FloatArray, seen: Observed) -> list[tuple[float, float]]:
+    """`relative_errors`, and those of cube roots."""
+    return list(zip(relative_errors(expected, seen), relative_errors(
+        np.cbrt(expected), seen._replace(radiance=np.cbrt(seen.radiance))), strict=True))
 
 
 def _factorise(equations: _Equations, count: int) -> _Mixed:
@@ -287,8 +301,6 @@ def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArr
     radiance = seen.radiance[which]
     wrong = np.sqrt(seen.noise[which] ** 2 + (NOISE * radiance) ** 2 + (_OTHERS * others) ** 2
                     + np.maximum(by_slope, 0)).mean(axis=2)
-    # what the mix leaves of these texels is in their samples, which are fitted no closer
-    wrong *= np.sqrt(max(float(np.median(texels.left[which])), 1.0))
     own = np.maximum(radiance - others, 0.05 * radiance).mean(axis=2)
     normal = np.broadcast_to(normals_of(texels.slopes[which], frame)[:, None], seen.lit.light[which].shape)
     used = texels.used[which] & (own > 0) & (np.minimum(*(
