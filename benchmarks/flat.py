@@ -25,7 +25,7 @@ from scipy.ndimage import zoom
 
 import fitter
 from fitter.photographs.description import parsing
-from fitter.photographs.flat_setup import read_sample
+from fitter.photographs.flat.reading import read_sample
 from support import ball_files, flat_files, flat_scene
 from support.checkout import ROOT
 from support.evidence import show_table

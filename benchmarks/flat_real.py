@@ -13,9 +13,9 @@ import numpy as np
 
 import fitter
 from fitter.photographs.description.parsing import read
-from fitter.photographs.flat import frame_of, points_of
-from fitter.photographs.flat_photograph import observed
-from fitter.photographs.flat_setup import read_sample
+from fitter.photographs.flat.maps import sample_frame, texel_points
+from fitter.photographs.flat.photograph import observe
+from fitter.photographs.flat.reading import read_sample
 from support import ball_files
 from support.checkout import measurements
 from support.evidence import show_table
@@ -87,8 +87,8 @@ def errors(expected, values, good):
 
 def row(name, sample, how):
     """The row of the table for a sample of which half is used, or so many photographs."""
-    frame = frame_of(sample.corners, sample.photographs)
-    seen = observed(sample.photographs, points_of(sample.corners, sample.shape), frame[2])
+    frame = sample_frame(sample.corners, sample.photographs)
+    seen = observe(sample.photographs, texel_points(sample.corners, sample.shape), frame[2])
     used = used_of(len(sample.photographs), how)
     other = np.setdiff1d(np.arange(len(sample.photographs)), used)
     light = seen.lit.light.mean(axis=0) @ frame.T

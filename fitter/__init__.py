@@ -34,8 +34,8 @@ from .model.mix import Mix
 from .model.published import list_published, load_published
 from .photographs.ball.photograph import BallPhotograph
 from .photographs.ball.samples import samples_from_ball
-from .photographs.flat import Maps, maps_from_flat
-from .photographs.flat_photograph import FlatPhotograph
+from .photographs.flat.maps import Maps, maps_from_flat
+from .photographs.flat.photograph import FlatPhotograph
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 

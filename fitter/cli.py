@@ -27,13 +27,13 @@ from .errors import printable
 from .formats import KNOWN_FILES, list_samples, reading, saved_samples
 from .methods import METHODS
 from .model.published import parse_virtual_path
-from .photographs import flat_maps
 from .photographs.ball.advice import report_ball
 from .photographs.ball.measuring import measure_ball
 from .photographs.description.parsing import read
-from .photographs.flat import check_materials
-from .photographs.flat_setup import read_sample
-from .photographs.flat_tiling import cut_tile, tile_size
+from .photographs.flat import map_files
+from .photographs.flat.maps import check_materials
+from .photographs.flat.reading import read_sample
+from .photographs.flat.tiling import cut_tile, tile_size
 from .quality import albedo, verdict
 from .quality.describe import describe
 from .storage.files import replace_file
@@ -257,12 +257,12 @@ def _flat(options: argparse.Namespace) -> bool:
         check_materials(materials, sample.photographs[0].radiance.shape[2])     # before those are fitted
         fits = [each if isinstance(each, Fit) else fit_samples(each, **PRESETS["Standard"]) for each in materials]
     maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
-    report = flat_maps.report(maps, sample.photographs, sample.albedo)
+    report = map_files.report(maps, sample.photographs, sample.albedo)
     lines, doubts = [sample.name, *sample.notes, *sample.doubts, *report.lines], (*sample.doubts, *report.doubts)
     if options.tile:
         maps = cut_tile(maps)
         lines.append(tile_size(maps))
-    written = flat_maps.write(maps, lines, options.out)
+    written = map_files.write(maps, lines, options.out)
     is_good = _print_messages(lines, doubts)
     say(f"{options.out}: {', '.join(written)}")
     return is_good

@@ -11,7 +11,7 @@ from mathutils import Matrix, Vector, geometry
 
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs.description.capture_setup import Description
-from ...fitter.photographs.flat_setup import order_corners, to_pixels
+from ...fitter.photographs.flat.reading import order_corners, to_pixels
 from ...fitter.photographs.rig import camera as cameras
 from . import settings as photographs
 from .settings import AS_THE_FILE_SAYS, GUESS, INTENSITY, WHITE_BALL, is_flat

@@ -15,15 +15,15 @@ from ...fitter import DatasetError, Fit, FlatPhotograph, load, maps_from_flat, p
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.formats import saved_samples
-from ...fitter.photographs import flat_maps
 from ...fitter.photographs.ball import measuring
 from ...fitter.photographs.ball.advice import report_ball
 from ...fitter.photographs.capture import Resolved, resolve
 from ...fitter.photographs.description import light_positions, parsing
 from ...fitter.photographs.description.capture_setup import GUESS, CameraSetup, CaptureSetup, Description
-from ...fitter.photographs.flat import check_materials
-from ...fitter.photographs.flat_setup import read_sample
-from ...fitter.photographs.flat_tiling import cut_tile, tile_size
+from ...fitter.photographs.flat import map_files
+from ...fitter.photographs.flat.maps import check_materials
+from ...fitter.photographs.flat.reading import read_sample
+from ...fitter.photographs.flat.tiling import cut_tile, tile_size
 from ...fitter.photographs.pictures.light import Light
 from ...fitter.photographs.pictures.picture_files import PictureInfo, read_picture_info
 from ...fitter.photographs.pictures.reading import Pictures
@@ -279,7 +279,7 @@ def measure_sample(description: Description, name: str, is_tile: bool, chosen: S
     """Measure the flat sample of a scene's description, in the words of its panel, and where the camera was.
 
     It is a mix of chosen materials, else of those that are found; `how` are keyword arguments of `fitter.load`. A tile
-    is `flat_tiling.cut_tile`. Raises DatasetError, ValueError.
+    is `tiling.cut_tile`. Raises DatasetError, ValueError.
     """
     setup, space = parsing.parse(description, name), how["colours"]
     with progress.part(0.0, 0.3, "Reading"):
@@ -289,7 +289,7 @@ def measure_sample(description: Description, name: str, is_tile: bool, chosen: S
     with progress.part(0.3, 0.75):
         maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or sample.number)
     with progress.part(0.75, 0.85, about="Checking: "):
-        report = flat_maps.report(maps, photographs, sample.albedo)
+        report = map_files.report(maps, photographs, sample.albedo)
     told = *sample.notes, *sample.doubts, *report.lines
     if is_tile:
         with progress.part(0.85, 0.95):
@@ -298,11 +298,11 @@ def measure_sample(description: Description, name: str, is_tile: bool, chosen: S
     with progress.part(0.95, 1.0):
         outcomes = [] if fits else [tasks.outcome_alone(replace(each, name=f"{sample.name}: {each.name}"), space)
                                     for each in progress.each(maps.fits)]
-    masks, brightness, most = flat_maps.layers(maps.weights)
+    masks, brightness, most = map_files.layers(maps.weights)
     first, last = sample.corners[[0, 2], :2]
     return SampleResult(
-        sample.name, outcomes, [(flat_maps.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
-        flat_maps.png(brightness), most, flat_maps.png(flat_maps.normal_map(maps)), is_tile,
+        sample.name, outcomes, [(map_files.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
+        map_files.png(brightness), most, map_files.png(map_files.normal_map(maps)), is_tile,
         (maps.corners[[0, 2], :2] - first) / (last - first),
         *_translate_report(told, (*sample.doubts, *report.doubts)),
         {each.name: each.intensity for each in sample.photographs}), resolve(setup).setup.camera

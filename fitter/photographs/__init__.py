@@ -1,6 +1,7 @@
-"""Photographs of a painted ball as measurements: what a goniometer is for those who have a camera and a lamp.
+"""Photographs of a painted ball or of a flat sample as measurements: what a goniometer is for those who have a camera
+and a lamp.
 
-`ball` says what each pixel measures, `samples` gathers several photographs, `light` makes radiance of exposures,
-`scale` finds the lamp's intensity, `ball_finding` and `chrome` where ball and lamp are, `coverage` what is missing,
-`ball_advice` which lamp is next, and `setup` reads all of it from files.
+A `description` says where camera, sample and lamps were, and which file is which; `pictures` are its files as light;
+`rig` has what balls and flat samples share. `ball` makes samples of them, `flat` maps. `capture` puts numbers in the
+place of what pictures say of a description, and `compared` has a photograph beside a render of the same.
 """

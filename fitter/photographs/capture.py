@@ -7,7 +7,7 @@ import numpy as np
 
 from .ball.measuring import locate_ball
 from .description.capture_setup import CaptureSetup
-from .flat_setup import locate_sample
+from .flat.reading import locate_sample
 from .pictures.reading import Pictures
 from .rig.lamps import are_far
 from .rig.scale import resolve_scale

@@ -9,7 +9,7 @@ from ..errors import DatasetError
 from .ball.measuring import read_photographs
 from .ball.photograph import BallPhotograph
 from .description.capture_setup import CaptureSetup
-from .flat_setup import corner_places
+from .flat.reading import corner_places
 from .pictures.reading import Pictures, polygon_mask, read_mask
 from .rig.camera import pixel_angle
 

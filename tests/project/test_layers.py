@@ -21,7 +21,9 @@ ADDON = (("core",), ("work",), ("panel",),
 # the rooms of `addon/core`
 CORE = (("annotations", "manual", "registration", "versions"), ("blender",), ("storage",), ("lamps",), ("shading",),
         ("libraries",), ("checks", "preferences"), ("__init__",))
-LAYERS = {"fitter": FITTER, "addon": ADDON, "addon/core": CORE}
+# and of `fitter/photographs`
+PHOTOGRAPHS = (("description",), ("pictures",), ("rig",), ("ball",), ("flat",), ("capture", "compared"), ("__init__",))
+LAYERS = {"fitter": FITTER, "fitter/photographs": PHOTOGRAPHS, "addon": ADDON, "addon/core": CORE}
 FORBIDDEN = {"fitter": {"addon", "benchmarks", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"},
              "addon": {"benchmarks"}}
 # what is run, by those who run it, is not a library for the others; what they share is in `support`
@@ -87,7 +89,7 @@ NO_NUMBERS = "fitter/errors.py", "fitter/storage/files.py", "fitter/storage/npz.
 
 @pytest.mark.parametrize(("first", "known", "least"), [
     (("fitter/methods", "fitter/cycles"), BAKED, 30),
-    (("fitter/photographs/flat.py",), ENTRIES["flat"].measured, 15),
+    (("fitter/photographs/flat/maps.py",), ENTRIES["flat"].measured, 15),
     (("fitter/photographs/ball/measuring.py",), ENTRIES["photographs"].measured, 15),
 ])
 def test_what_evidence_and_kept_fits_depend_on_is_all_that_makes_their_numbers(first, known, least):

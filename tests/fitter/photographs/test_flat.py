@@ -11,9 +11,11 @@ from scipy.stats import spearmanr
 import fitter
 from fitter import progress
 from fitter.model.microfacet import Microfacet
-from fitter.photographs import flat, flat_finding, flat_maps
-from fitter.photographs.flat_advice import next_lamp
-from fitter.photographs.flat_photograph import observed
+from fitter.photographs.flat import map_files as flat_maps
+from fitter.photographs.flat import maps as flat
+from fitter.photographs.flat import materials as flat_finding
+from fitter.photographs.flat.advice import next_lamp
+from fitter.photographs.flat.photograph import observe
 from support import flat_scene
 from support.cases import release
 
@@ -97,8 +99,8 @@ def test_a_way_that_misses_some_photographs_altogether_is_not_taken(materials, m
     misses each by .6."""
     sample = flat_scene.Sample(materials[:1], lambda u, v: np.ones((len(u), 1)), flat_scene.bumps)
     shots = photographed(sample, flat_scene.lamps())
-    frame = flat.frame_of(flat_scene.corners(), shots)
-    seen = observed(shots, flat.points_of(flat_scene.corners(), GIVEN), frame[2])
+    frame = flat.sample_frame(flat_scene.corners(), shots)
+    seen = observe(shots, flat.texel_points(flat_scene.corners(), GIVEN), frame[2])
     lambertian = [(0.3, 0.2), (0.3, 0.2), (1.6, 0.2)]
     by_way = [[(0.6, 0.2)] * 3] * flat_finding.MOST_MATERIALS + [[(0.9, 0.2)] * 3] + [lambertian] * 3
     turns = cycle(by_way)
@@ -235,7 +237,7 @@ def test_an_unseen_part_does_not_smooth_what_is_seen(random):
     slopes, known = np.zeros((20, 60, 2)), np.arange(60) < 20
     slopes[:, :20] = relief + 0.01 * random.standard_normal(relief.shape)
     precision = np.where(known[:, None, None], 1e4, 1.0) * np.eye(2) * np.ones((20, 1, 1, 1))
-    found = flat.smoothed(slopes, precision, known * np.ones((20, 1), bool))
+    found = flat.smooth_slopes(slopes, precision, known * np.ones((20, 1), bool))
     assert np.abs(found[:, :18] - relief[:, :18]).max() < 0.05
 
 

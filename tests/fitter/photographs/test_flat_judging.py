@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import flat_judging, flat_maps
-from fitter.photographs.flat import evenly, frame_of, points_of
-from fitter.photographs.flat_photograph import observed
+from fitter.photographs.flat import judging, map_files
+from fitter.photographs.flat.maps import evenly, sample_frame, texel_points
+from fitter.photographs.flat.photograph import observe
 from support import flat_scene
 
 SHAPE, CORNERS = (24, 24), flat_scene.corners()
@@ -34,10 +34,10 @@ def shots(sample):
 
 
 def doubts(shots, sample):
-    frame = frame_of(CORNERS, shots)
-    some = points_of(CORNERS, SHAPE).reshape(*SHAPE, 3)[evenly(*SHAPE, 100)].reshape(-1, 3)
+    frame = sample_frame(CORNERS, shots)
+    some = texel_points(CORNERS, SHAPE).reshape(*SHAPE, 3)[evenly(*SHAPE, 100)].reshape(-1, 3)
     names = [each.name for each in shots]
-    return flat_judging.contradictions(sample.fits, observed(shots, some, frame[2]), frame, names)
+    return judging.contradictions(sample.fits, observe(shots, some, frame[2]), frame, names)
 
 
 def test_photographs_that_are_right_are_not_doubted(shots, sample):
@@ -70,7 +70,7 @@ def test_normals_of_no_surface_tell_that_lamps_are_mirrored_or_corners_turned(ra
     q = 8 / 9 * np.sin(9 * u) * np.cos(8 * v) + 0.3 * 4 / 11 * np.cos(11 * u + 4 * v)
     normals = np.stack([0.2 * p, 0.2 * q, np.ones_like(p)], axis=2) + 0.002 * random.standard_normal((40, 50, 3))
     normals = normals / np.linalg.norm(normals, axis=2, keepdims=True) @ matrix.T
-    found = flat_judging.turned_lamps(normals, np.eye(3), np.ones((40, 50), bool), np.array([0.05, 0.04]))
+    found = judging.turned_lamps(normals, np.eye(3), np.ones((40, 50), bool), np.array([0.05, 0.04]))
     assert bool(found) == bool(told)
     assert all(f"directions were {told}:" in line for line in found)
 
@@ -79,4 +79,4 @@ def test_more_light_than_arrives_is_told(shots, sample):
     dim = [replace(each, intensity=each.intensity / 20) for each in shots]
     for each, is_told in ((shots, False), (dim, True)):
         maps = fitter.maps_from_flat(each, CORNERS, (8, 8), sample.fits)
-        assert any("More light leaves than arrives" in line for line in flat_maps.report(maps, each).doubts) == is_told
+        assert any("More light leaves than arrives" in line for line in map_files.report(maps, each).doubts) == is_told

@@ -10,7 +10,7 @@ import pytest
 import fitter
 from fitter import cli
 from fitter.formats import saved_samples
-from fitter.photographs import flat_maps
+from fitter.photographs.flat import map_files
 from fitter.photographs.pictures.picture_files import read_picture
 from support import anisotropic_instruments as instruments
 from support import flat_files, flat_scene
@@ -105,16 +105,16 @@ def test_a_glint_does_not_darken_the_masks(random):
     """Of 4,096 texels the 4 brightest are white."""
     weights = random.uniform(0.2, 1, (64, 64, 2))
     weights[7, 9] = 50.0, 30.0
-    _, brightness, most = flat_maps.layers(weights)
+    _, brightness, most = map_files.layers(weights)
     assert most == np.sort(weights.sum(axis=2).ravel())[-5]
     assert (brightness.max(), np.median(brightness) > 0.5) == (1, True)
-    assert flat_maps.white(np.zeros((3, 3))) == 1
+    assert map_files.white(np.zeros((3, 3))) == 1
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_layers_upon_one_another_have_the_weights(random, count):
     weights = random.uniform(0, 1.5, (5, 4, count)) * (random.uniform(size=(5, 4, 1)) > 0.2)
-    masks, brightness, most = flat_maps.layers(weights)
+    masks, brightness, most = map_files.layers(weights)
     assert min(masks.min(initial=0), brightness.min()) >= 0
     assert max(masks.max(initial=0), brightness.max()) <= 1
     shown = np.zeros((5, 4, count))

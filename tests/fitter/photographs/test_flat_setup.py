@@ -8,9 +8,9 @@ import pytest
 import fitter
 from fitter.photographs.description.capture_setup import CaptureSetup, Shot
 from fitter.photographs.description.parsing import parse, read
-from fitter.photographs.flat import coarse, points_of
-from fitter.photographs.flat_photograph import observed, pixel_of
-from fitter.photographs.flat_setup import order_corners, read_sample
+from fitter.photographs.flat.maps import coarse, texel_points
+from fitter.photographs.flat.photograph import find_pixels, observe
+from fitter.photographs.flat.reading import order_corners, read_sample
 from fitter.photographs.pictures.reading import Pictures
 from fitter.photographs.rig import camera
 from support import ball_files, flat_files, flat_scene, wrong_values
@@ -57,7 +57,7 @@ def angle(a, b):
 
 def seen(shot):
     """Where a photograph shows the sample's corners: (4, 2), pixels from the left and the top."""
-    return pixel_of(shot.rays, flat_scene.corners() - shot.camera)[:, ::-1] + 0.5
+    return find_pixels(shot.rays, flat_scene.corners() - shot.camera)[:, ::-1] + 0.5
 
 
 def test_the_camera_stands_where_the_corners_say(written):
@@ -82,7 +82,7 @@ def test_corners_that_are_drawn_stand_for_those_of_the_description(order):
 def test_the_dark_beside_the_sample_is_not_in_its_edge(written):
     """Of photographs that see the edge within a pixel, and texels as small as pixels."""
     found = flat(written)
-    texels = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    texels = observe(found.photographs, texel_points(found.corners, found.shape), np.array([0.0, 0, 1]))
     albedo = np.pi * texels.radiance / texels.lit.brought / texels.lit.light[..., 2:]
     assert texels.good.all()
     assert albedo.min() > 0.28
@@ -251,9 +251,9 @@ def test_what_a_mask_leaves_out_is_unknown(written, described):
     mask[:, :50] = 1
     ball_files.write_picture(written.with_name("mask.png"), mask)
     found = flat(described(sample=f"width = 0.1\nheight = 0.08\ncorners = {PLACES.tolist()}\nmask = 'mask.png'"))
-    seen = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
-    column = pixel_of(found.photographs[0].rays, points_of(found.corners, found.shape)
-                      - found.photographs[0].camera)[:, 1]
+    seen = observe(found.photographs, texel_points(found.corners, found.shape), np.array([0.0, 0, 1]))
+    column = find_pixels(found.photographs[0].rays, texel_points(found.corners, found.shape)
+                         - found.photographs[0].camera)[:, 1]
     assert seen.good[column < 48].all()      # at its rim a pixel may be seen in a neighbour
     assert not seen.good[column > 50].any()
     ball_files.write_picture(written.with_name("mask.png"), mask[:9, :9])
@@ -265,9 +265,9 @@ def test_what_is_beside_an_outline_is_unknown(described):
     """Of a triangle, whose centre of area is inside, and one that is around no pixel."""
     rows = f"width = 0.1\nheight = 0.08\ncorners = {PLACES.tolist()}\noutline = "
     found = flat(described(sample=rows + "[[0, 0], [100, 0], [50, 90]]"))
-    seen = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
-    y, x = (pixel_of(found.photographs[0].rays, points_of(found.corners, found.shape)
-                     - found.photographs[0].camera) + 0.5).T
+    seen = observe(found.photographs, texel_points(found.corners, found.shape), np.array([0.0, 0, 1]))
+    y, x = (find_pixels(found.photographs[0].rays, texel_points(found.corners, found.shape)
+                        - found.photographs[0].camera) + 0.5).T
     off = np.minimum(90 * x - 50 * y, 90 * (100 - x) - 50 * y) / np.hypot(90, 50)       # pixels within the sides
     assert seen.good[off > 2.5].all()       # at the sample's edge what is seen is that of 3 pixels within
     assert not seen.good[off < -2].any()
@@ -296,7 +296,7 @@ def test_a_texel_is_the_mean_of_its_pixels(openimageio, random, tmp_path, is_rea
         rays = camera.rays(430, 640, np.radians(1))
         shots = coarse([fitter.FlatPhotograph(0.2 + 0.06 * random.standard_normal((430, 640, 1)), rays, shots[0].camera,
                                               lamp, np.ones(1)) for lamp in LAMPS], found.corners, found.shape)
-    seen = observed(shots, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    seen = observe(shots, texel_points(found.corners, found.shape), np.array([0.0, 0, 1]))
     assert seen.good.all()
     print(seen.radiance.std() / 0.2)
     assert 0.02 < seen.radiance.std() / 0.2 < 0.033
@@ -320,7 +320,7 @@ def test_the_means_of_texels_are_in_their_places(openimageio, random, tmp_path):
     for name in NAMES:
         ball_files.write_picture(tmp_path / name, 0.1 + 2e-4 * x[..., None] + 1e-3 * y[..., None])
     found = flat(path)
-    seen = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    seen = observe(found.photographs, texel_points(found.corners, found.shape), np.array([0.0, 0, 1]))
     v, u = np.mgrid[:43, :64] + 0.5
     expected = 0.1 + 2e-4 * 10 * u + 1e-3 * (430 - 10 * v)
     inner = np.s_[1:-1, 1:-1]       # at the edge what is within 1.5 pixels of it does not count
@@ -342,7 +342,7 @@ def test_a_height_that_is_a_little_off_loses_no_texel_of_a_sample_that_fills_its
                                                                                           tmp_path):
     found = flat(grainy(tmp_path, (43, 64), (0.064, 0.043 * 1.001), random))
     assert found.shape == (43, 64)
-    assert observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1])).good.all()
+    assert observe(found.photographs, texel_points(found.corners, found.shape), np.array([0.0, 0, 1])).good.all()
 
 
 def test_a_photograph_without_a_light_is_left_out_and_told(written, described):

@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 import fitter
-from fitter.photographs.flat_tiling import cheapest_path, cut_tile
+from fitter.photographs.flat.tiling import cheapest_path, cut_tile
 from support import flat_scene
 
 

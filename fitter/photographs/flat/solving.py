@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, IntArray
-from ..least_squares import nonnegative_least_squares
-from ..model import Reflectance
-from ..model.microfacet import Microfacet
-from .flat_photograph import Observed, ShadingGeometry
-from .rig.photograph import STEEPEST, to_local_angles
+from ...arrays import BoolArray, Directions, FloatArray, IntArray
+from ...least_squares import nonnegative_least_squares
+from ...model import Reflectance
+from ...model.microfacet import Microfacet
+from ..rig.photograph import STEEPEST, to_local_angles
+from .photograph import Observed, ShadingGeometry
 
 NOISE = 0.01                # of a value: what photographs are out by beside their noise, as lamps flicker
 STEEP = 0.5                 # slope that is expected of a normal, where nothing tells: 27 degrees
@@ -39,20 +39,13 @@ _POOR = 4.0                 # variance that a poor model leaves, in units of the
 class Texels(NamedTuple):
     """What is found of n texels."""
 
-    weights: FloatArray
-    """(n, materials)."""
-    deviation: FloatArray
-    """Their standard deviation."""
-    slopes: FloatArray
-    """(n, 2)."""
-    precision: FloatArray
-    """The inverse of their covariance: (n, 2, 2)."""
-    used: BoolArray
-    """The photographs that count: (n, p)."""
-    left: FloatArray
-    """The squared error of a value, in units of its variance: (n,)."""
-    response: FloatArray
-    """By how much the weights change with the slopes: (n, materials, 2)."""
+    weights: FloatArray     # (n, materials)
+    deviation: FloatArray   # their standard deviation
+    slopes: FloatArray      # (n, 2)
+    precision: FloatArray   # the inverse of their covariance: (n, 2, 2)
+    used: BoolArray         # the photographs that count: (n, p)
+    left: FloatArray        # the squared error of a value, in units of its variance: (n,)
+    response: FloatArray    # by how much the weights change with the slopes: (n, materials, 2)
 
     def part(self, which: slice | IntArray) -> "Texels":
         """Some of them."""
@@ -63,12 +56,9 @@ class Texels(NamedTuple):
 class Prior(NamedTuple):
     """What is expected of every texel's weights before its own photographs tell, by empirical Bayes."""
 
-    mean: FloatArray
-    """(materials,)."""
-    precision: FloatArray
-    """The inverse of their variance, in units of that of the values: (materials,)."""
-    misfit: float
-    """The variance of values, in units of that which their noise has: 1, or what the model leaves."""
+    mean: FloatArray        # (materials,)
+    precision: FloatArray   # the inverse of their variance, in units of that of the values: (materials,)
+    misfit: float     # the variance of values, in units of that which their noise has: 1, or what the model leaves
 
     @property
     def is_poor(self) -> bool:
@@ -88,7 +78,7 @@ def no_prior(materials: int) -> Prior:
     return Prior(np.zeros(materials), np.zeros(materials), 1.0)
 
 
-def prior_of(found: Texels) -> Prior:
+def estimate_prior(found: Texels) -> Prior:
     """The prior that texels, which were solved without one, make probable."""
     known = found.used.any(axis=1)
     if not found.weights[known].any():
@@ -102,14 +92,14 @@ def prior_of(found: Texels) -> Prior:
     return Prior(mean, misfit / spread ** 2 * (misfit > _POOR), misfit)
 
 
-def normals_of(slopes: FloatArray, frame: FloatArray) -> FloatArray:
+def slopes_to_normals(slopes: FloatArray, frame: FloatArray) -> FloatArray:
     """Unit normals (..., 3) of slopes (..., 2) along the first two rows of a frame (3, 3); its last is the plane's."""
     steep = slopes @ frame[:2] + frame[2]
     return np.asarray(steep / np.linalg.norm(steep, axis=-1, keepdims=True))
 
 
-def slopes_of(normals: FloatArray, frame: FloatArray, most: float) -> FloatArray:
-    """The inverse of `normals_of`; of 0 where the slope is more than this."""
+def normals_to_slopes(normals: FloatArray, frame: FloatArray, most: float) -> FloatArray:
+    """The inverse of `slopes_to_normals`; of 0 where the slope is more than this."""
     along = normals @ frame.T
     slopes = along[..., :2] / np.maximum(along[..., 2:], 1e-9)
     return np.where(np.linalg.norm(slopes, axis=-1, keepdims=True) < most, slopes, 0.0)
@@ -117,17 +107,8 @@ def slopes_of(normals: FloatArray, frame: FloatArray, most: float) -> FloatArray
 
 def radiances(fits: Sequence[Reflectance], lit: ShadingGeometry, normals: FloatArray,
               good: BoolArray | None = None) -> FloatArray:
-    """What points with normals (n, 3) send to the cameras, of each material with the weight 1.
-
-    Parameters
-    ----------
-    good : (n, p) bool, optional
-        What is worked out; elsewhere it is 0.
-
-    Returns
-    -------
-    (n, p, channels, materials) float64
-    """
+    """What points with normals (n, 3) send to the cameras, of each material with the weight 1: (n, p, channels,
+    materials); it is worked out where it is good, (n, p), and elsewhere 0."""
     good = np.ones(lit.light.shape[:2], bool) if good is None else good
     normal = np.broadcast_to(normals[:, None], lit.light.shape)[good]
     directions = to_local_angles(normal, lit.light[good], lit.view[good])
@@ -150,61 +131,56 @@ def _reflectances(fits: Sequence[Reflectance], directions: Directions) -> FloatA
     return np.stack(np.broadcast_arrays(*(fit.evaluate(*directions) for fit in fits)), axis=-1)
 
 
-def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first: FloatArray | None = None,
-           prior: Prior | None = None) -> Texels:
-    """The weights and slopes of n texels.
+def solve_texels(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first: FloatArray | None = None,
+                 prior: Prior | None = None) -> Texels:
+    """The weights, with a prior, and slopes of n texels.
 
-    Parameters
-    ----------
-    first : (n, 2), optional
-        Slopes to begin with, where they lead to what is seen: else, and by default, flat ones, those of a Lambertian,
-        and those that mirror the brightest lamp.
-    prior : Prior, optional
-        Of the weights.
+    It begins with the first slopes, (n, 2), where they lead to what is seen: else, and by default, with flat ones,
+    those of a Lambertian, and those that mirror the brightest lamp.
     """
     prior = no_prior(len(fits)) if prior is None else prior
     if first is None:
-        return _solved(fits, seen, frame, _started(fits, seen, frame, prior), prior)
-    found = _solved(fits, seen, frame, first, prior)
+        return _solve(fits, seen, frame, _find_start(fits, seen, frame, prior), prior)
+    found = _solve(fits, seen, frame, first, prior)
     known = found.used.any(axis=1)
     if not known.any():
         return found
     off = np.flatnonzero(known & (found.left > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.left[known]))))
     if len(off):
         part = seen.some(off)
-        again = _solved(fits, part, frame, _started(fits, part, frame, prior), prior)
+        again = _solve(fits, part, frame, _find_start(fits, part, frame, prior), prior)
         better = again.left < found.left[off]
         for old, new in zip(found, again, strict=True):
             old[off[better]] = new[better]
     return found
 
 
-def _started(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, prior: Prior) -> FloatArray:
+def _find_start(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, prior: Prior) -> FloatArray:
     """The slopes to which the best of several starts leads: (n, 2)."""
     used = seen.good & ~_dark(seen, frame, prior)
-    scale = scale_of(seen, seen.radiance, used, prior=prior)
-    starts = [np.zeros((len(used), 2)), *guessed(seen, used, frame)]
+    scale = expected_deviation(seen, seen.radiance, used, prior=prior)
+    starts = [np.zeros((len(used), 2)), *guess_slopes(seen, used, frame)]
     best, lowest = starts[0], np.full(len(used), np.inf)
     for start in starts:
-        found, cost = _descended(fits, seen, used, scale, frame, start, _TRIED, prior)[:2]
+        found, cost = _descend(fits, seen, used, scale, frame, start, _TRIED, prior)[:2]
         better = cost < lowest
         best, lowest = np.where(better[:, None], found, best), np.where(better, cost, lowest)
     return best
 
 
-def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray, prior: Prior) -> Texels:
+def _solve(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray, prior: Prior) -> Texels:
     """The same from slopes to begin with, (n, 2). What is in a shadow is found by the model, until that changes no
     more."""
     used = seen.good & ~_dark(seen, frame, prior)
-    scale = scale_of(seen, seen.radiance, used, prior=prior)
+    scale = expected_deviation(seen, seen.radiance, used, prior=prior)
     found: Texels | None = None
     going, known, unit = np.arange(len(used)), np.zeros_like(used), np.zeros(())
     for _ in range(_SHADOWS):
         part, start = seen.some(going), slopes[going]
-        normal = normals_of(start, frame)
+        normal = slopes_to_normals(start, frame)
         unit = unit + radiances(fits, part.lit, normal, part.good & ~known)
         expected = np.einsum("npcm,nm->npc", unit, _weights(unit, part, used[going], scale[going], prior))
-        scale[going] = scale_of(part, expected, used[going], prior=prior)
+        scale[going] = expected_deviation(part, expected, used[going], prior=prior)
         missing = (expected - part.radiance).mean(axis=2)
         shadow = (missing > _MISSING * expected.mean(axis=2)) & (
             missing > _DEVIATIONS * np.sqrt(prior.misfit * (scale[going] ** 2).mean(axis=2) / scale.shape[2]))
@@ -218,12 +194,12 @@ def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slop
             break
         used[going] = trusted
         part = seen.some(going)
-        descent = _descended(fits, part, trusted, scale[going], frame, slopes[going], _DESCENDED, prior, unit)
+        descent = _descend(fits, part, trusted, scale[going], frame, slopes[going], _DESCENDED, prior, unit)
         slopes = slopes.copy()
         slopes[going] = descent.slopes
         seen_of = descent.unit[:, :-len(fits)]
         known, unit = trusted, seen_of.reshape(unit.shape) * scale[going][..., None]
-        now = _judged(part, trusted, scale[going], descent, prior)
+        now = _judge(part, trusted, scale[going], descent, prior)
         if found is None:
             found = now
         else:
@@ -244,9 +220,9 @@ def turned_weights(found: Texels, slopes: FloatArray) -> tuple[FloatArray, IntAr
 def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, found: Texels,
                   slopes: FloatArray, prior: Prior) -> FloatArray:
     """The weights, (n, materials), of texels whose slopes are these, (n, 2)."""
-    unit = radiances(fits, seen.lit, normals_of(slopes, frame), found.used)
+    unit = radiances(fits, seen.lit, slopes_to_normals(slopes, frame), found.used)
     expected = np.einsum("npcm,nm->npc", unit, found.weights)
-    return _weights(unit, seen, found.used, scale_of(seen, expected, found.used, prior=prior), prior)
+    return _weights(unit, seen, found.used, expected_deviation(seen, expected, found.used, prior=prior), prior)
 
 
 def _nonnegative(unit: FloatArray, values: FloatArray) -> FloatArray:
@@ -265,11 +241,11 @@ def _weights(unit: FloatArray, seen: Observed, used: BoolArray, scale: FloatArra
     """The weights for radiances of unit weights: (n, p, c, m) to (n, m)."""
     share = used[..., None] / scale
     n, p, channels, m = unit.shape
-    return _nonnegative(*_with_prior((unit * share[..., None]).reshape(n, p * channels, m),
-                                      (seen.radiance * share).reshape(n, p * channels), used, prior))
+    return _nonnegative(*_append_prior((unit * share[..., None]).reshape(n, p * channels, m),
+                                       (seen.radiance * share).reshape(n, p * channels), used, prior))
 
 
-def _with_prior(unit: FloatArray, values: FloatArray, used: BoolArray, prior: Prior) -> tuple[FloatArray, FloatArray]:
+def _append_prior(unit: FloatArray, values: FloatArray, used: BoolArray, prior: Prior) -> tuple[FloatArray, FloatArray]:
     """Radiances of unit weights (n, q, m) and values (n, q), and below them those of the prior, of texels that are
     seen in a photograph."""
     rows, expected = prior.rows
@@ -278,8 +254,8 @@ def _with_prior(unit: FloatArray, values: FloatArray, used: BoolArray, prior: Pr
             np.concatenate([values, is_seen[:, None] * expected], axis=1))
 
 
-def scale_of(seen: Observed, expected: FloatArray, used: BoolArray, share: float = NOISE,
-             prior: Prior | None = None) -> FloatArray:
+def expected_deviation(seen: Observed, expected: FloatArray, used: BoolArray, share: float = NOISE,
+                       prior: Prior | None = None) -> FloatArray:
     """The deviation that is expected of values, (n, p, c): their noise, and a share of them, or of what is typical of
     the texel where they are far below it, or below it at all where the model is poor."""
     count = np.maximum(used.sum(axis=1), 1)[:, None, None]
@@ -294,19 +270,19 @@ def _dark(seen: Observed, frame: FloatArray, prior: Prior) -> BoolArray:
     """Where a texel is so much darker than under other lamps that it may be in a shadow: (n, p)."""
     if prior.is_poor:
         return np.zeros(seen.good.shape, bool)
-    reflected = _reflected(seen, frame)
+    reflected = _flat_reflectance(seen, frame)
     typical = np.nanmedian(np.where(seen.good, reflected, np.nan), axis=1) if seen.good.any(axis=1).all() else np.array(
         [np.median(each[good]) if good.any() else 0.0 for each, good in zip(reflected, seen.good, strict=True)])
     return np.asarray(reflected < _DARK * typical[:, None])
 
 
-def _reflected(seen: Observed, frame: FloatArray) -> FloatArray:
+def _flat_reflectance(seen: Observed, frame: FloatArray) -> FloatArray:
     """What a flat texel reflects, in the mean over channels, 1/sr: (n, p)."""
     cosine = np.maximum(seen.lit.light @ frame[2], np.cos(STEEPEST))
     return np.asarray((seen.radiance / (seen.lit.brought * cosine[..., None])).mean(axis=2))
 
 
-def guessed(seen: Observed, used: BoolArray, frame: FloatArray) -> tuple[FloatArray, FloatArray]:
+def guess_slopes(seen: Observed, used: BoolArray, frame: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Slopes of a Lambertian, whatever shines, and those that mirror the lamp under which a texel is brightest: (n, 2).
 
     Of the first the sum of absolute differences is least, by weights in turn: highlights count little.
@@ -320,47 +296,39 @@ def guessed(seen: Observed, used: BoolArray, frame: FloatArray) -> tuple[FloatAr
         pointing = np.linalg.solve(gram, np.einsum("np,npi,np->ni", weight, turned, brightness)[..., None])[..., 0]
         off = np.abs(brightness - np.einsum("npi,ni->np", turned, pointing))
         weight = used / np.maximum(off, NOISE * np.abs(brightness) + 1e-12)
-    lambertian = slopes_of(pointing @ frame, frame, 2 * STEEP)
-    brightest = np.where(used, _reflected(seen, frame), -np.inf).argmax(axis=1)
+    lambertian = normals_to_slopes(pointing @ frame, frame, 2 * STEEP)
+    brightest = np.where(used, _flat_reflectance(seen, frame), -np.inf).argmax(axis=1)
     half = (seen.lit.light + seen.lit.view)[np.arange(len(used)), brightest]
-    return lambertian, slopes_of(half, frame, 2 * STEEP)
+    return lambertian, normals_to_slopes(half, frame, 2 * STEEP)
 
 
 class _Descent(NamedTuple):
     slopes: FloatArray
     cost: FloatArray
     weights: FloatArray
-    unit: FloatArray
-    """Radiances of unit weights in units of their deviation: (n, q, m)."""
-    change: FloatArray
-    """Their derivatives by both slopes: (n, q, m, 2)."""
+    unit: FloatArray    # radiances of unit weights in units of their deviation: (n, q, m)
+    change: FloatArray  # their derivatives by both slopes: (n, q, m, 2)
 
 
-def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
-               start: FloatArray, steps: int, prior: Prior, unit: FloatArray | None = None) -> _Descent:
-    """Slopes (n, 2) that descended from a start by so many steps.
-
-    Derivatives are worked out again where the slopes have changed by more than `_CURVED` since.
-
-    Parameters
-    ----------
-    unit : (n, p, channels, materials), optional
-        The radiances of unit weights at the start.
+def _descend(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+             start: FloatArray, steps: int, prior: Prior, unit: FloatArray | None = None) -> _Descent:
+    """Slopes (n, 2) that descended from a start by so many steps; `unit` is the radiances of unit weights there, (n, p,
+    channels, materials). Derivatives are worked out again where the slopes have changed by more than `_CURVED` since.
     """
     slopes = start.copy()
     share = used[..., None] / scale
     observed_values = (seen.radiance * share).reshape(len(used), -1)
 
-    def at(which: IntArray, tried: FloatArray) -> FloatArray:
+    def unit_radiances(which: IntArray, tried: FloatArray) -> FloatArray:
         part = ShadingGeometry(*(each[which] for each in seen.lit))
-        found = radiances(fits, part, normals_of(tried, frame), used[which]) * share[which][..., None]
-        return _with_prior(found.reshape(len(which), -1, len(fits)), observed_values[which], used[which],
-                           prior)[0]
+        found = radiances(fits, part, slopes_to_normals(tried, frame), used[which]) * share[which][..., None]
+        return _append_prior(found.reshape(len(which), -1, len(fits)), observed_values[which], used[which],
+                             prior)[0]
 
     everywhere = np.arange(len(slopes))
-    unit = at(everywhere, slopes) if unit is None else (unit * share[..., None]).reshape(
+    unit = unit_radiances(everywhere, slopes) if unit is None else (unit * share[..., None]).reshape(
         *observed_values.shape, -1)
-    unit, values = _with_prior(unit[:, :observed_values.shape[1]], observed_values, used, prior)
+    unit, values = _append_prior(unit[:, :observed_values.shape[1]], observed_values, used, prior)
     weights = _nonnegative(unit, values)
     cost = _cost(unit, values, weights, slopes, prior)
     change, derived = np.zeros((*unit.shape, 2)), np.full_like(slopes, np.inf)
@@ -369,7 +337,7 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
         stale = going[~(np.linalg.norm(slopes[going] - derived[going], axis=1) < _CURVED)]
         if len(stale):
             for k, shift in enumerate(DIFFERENCE * np.eye(2)):
-                change[stale, ..., k] = (at(stale, slopes[stale] + shift) - unit[stale]) / DIFFERENCE
+                change[stale, ..., k] = (unit_radiances(stale, slopes[stale] + shift) - unit[stale]) / DIFFERENCE
             derived[stale] = slopes[stale]
         of = _normal_equations(unit[going], values[going], change[going], slopes[going], weights[going], prior)
         diagonal = np.einsum("nii->ni", of.slopes)[..., None] * np.eye(2)
@@ -380,7 +348,7 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
         if not len(going):
             break
         tried = slopes[going] + step
-        there = at(going, tried)
+        there = unit_radiances(going, tried)
         w = _nonnegative(there, values[going])
         now = _cost(there, values[going], w, tried, prior)
         better = now < cost[going]
@@ -398,14 +366,10 @@ def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: Flo
 
 
 class _Equations(NamedTuple):
-    weights: FloatArray
-    """The inverse of the weights' covariance, with the slopes projected out: (n, m, m)."""
-    slopes: FloatArray
-    """That of the slopes', with the weights above 0 projected out: (n, 2, 2)."""
-    right: FloatArray
-    """The right side of a step of the slopes: (n, 2)."""
-    response: FloatArray
-    """By how much the weights above 0 change with the slopes: (n, m, 2)."""
+    weights: FloatArray     # the inverse of the weights' covariance, with the slopes projected out: (n, m, m)
+    slopes: FloatArray      # that of the slopes', with the weights above 0 projected out: (n, 2, 2)
+    right: FloatArray       # the right side of a step of the slopes: (n, 2)
+    response: FloatArray    # by how much the weights above 0 change with the slopes: (n, m, 2)
 
 
 def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, slopes: FloatArray,
@@ -425,9 +389,9 @@ def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, 
     return _Equations(taken, own + np.swapaxes(across, 1, 2) @ response, right, response)
 
 
-def _judged(seen: Observed, used: BoolArray, scale: FloatArray, found: _Descent, prior: Prior) -> Texels:
+def _judge(seen: Observed, used: BoolArray, scale: FloatArray, found: _Descent, prior: Prior) -> Texels:
     """What was found, with its deviation: by the noise, or where more is left, by that."""
-    values = _with_prior(found.unit[:, :-len(prior.mean)], (seen.radiance * (used[..., None] / scale)).reshape(
+    values = _append_prior(found.unit[:, :-len(prior.mean)], (seen.radiance * (used[..., None] / scale)).reshape(
         len(used), -1), used, prior)[1]
     of = _normal_equations(found.unit, values, found.change, found.slopes, found.weights, prior)
     known = used.sum(axis=1) * seen.radiance.shape[2]

@@ -7,9 +7,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, RealArray
-from .pictures.light import Light
-from .rig.photograph import STEEPEST, Photograph, is_saturated
+from ...arrays import BoolArray, FloatArray, RealArray
+from ..pictures.light import Light
+from ..rig.photograph import STEEPEST, Photograph, is_saturated
 
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
 _EXACT = 1e-9               # of a pixel: a step at which it ends
@@ -31,11 +31,11 @@ class FlatPhotograph(Photograph):
         good = ~is_saturated(self.radiance)
         return good if self.mask is None else self.mask & good
 
-    def of_texels(self, points: FloatArray, count: int) -> "FlatPhotograph":
+    def average_texels(self, points: FloatArray, count: int) -> "FlatPhotograph":
         """The same with a pixel for each texel, the mean of its pixels: `points` (h + 1, w + 1, 3) are the corners of
         texels, each of which has so many pixels along both axes."""
         toward = (points - self.camera).reshape(-1, 3)
-        places = pixel_of(self.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)).reshape(
+        places = find_pixels(self.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)).reshape(
             *points.shape[:2], 2)
         noise = np.zeros_like(self.radiance[..., :1]) if self.noise is None else self.noise
         light = texel_means(Light(self.radiance, noise, self.counts), places, count)
@@ -80,7 +80,7 @@ def shading_geometry(points: FloatArray, camera: FloatArray, lamp: FloatArray,
     return ShadingGeometry(to_lamp / far, to_camera, intensity / far ** 2)
 
 
-def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: FloatArray) -> Observed:
+def observe(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: FloatArray) -> Observed:
     """What points (n, 3) of a plane with this normal, (3,), show in photographs.
 
     They do not count where they are outside the picture, masked, saturated, or where lamp or camera stand more than
@@ -96,8 +96,8 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
         before = photographs[k - 1]
         same = each.rays is before.rays or np.array_equal(each.rays, before.rays)
         if k == 0 or not same or (each.camera != before.camera).any():
-            pixel = pixel_of(each.rays, -seen.view[:, k])
-        corner, share, inside = corners_of(pixel, each.radiance.shape[:2])
+            pixel = find_pixels(each.rays, -seen.view[:, k])
+        corner, share, inside = pixel_corners(pixel, each.radiance.shape[:2])
         radiance[:, k] = interpolate_bilinear(each.radiance, corner, share)
         noise[:, k] = each.floor if each.noise is None else np.maximum(interpolate_bilinear(each.noise, corner, share),
                                                                        _LEAST_NOISE * each.floor)
@@ -116,7 +116,7 @@ def texel_means(light: Light, places: FloatArray, count: int) -> Light:
         v, u = (y + 0.5) / count, (x + 0.5) / count
         place = ((1 - v) * ((1 - u) * places[:-1, :-1] + u * places[:-1, 1:])
                  + v * ((1 - u) * places[1:, :-1] + u * places[1:, 1:])).reshape(-1, 2)
-        corner, share, inside = corners_of(place, light.known.shape)
+        corner, share, inside = pixel_corners(place, light.known.shape)
         counts = (inside & (interpolate_bilinear(light.known[..., None], corner, share)[:, 0] > 1 - _TOUCHED))[:, None]
         radiance += np.where(counts, interpolate_bilinear(light.radiance, corner, share), 0)
         variance += np.where(counts, interpolate_bilinear(light.noise, corner, share) ** 2, 0)
@@ -128,20 +128,20 @@ def texel_means(light: Light, places: FloatArray, count: int) -> Light:
                  number.reshape(height, width) >= (1 - _SPENT) * count ** 2)
 
 
-def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
+def find_pixels(rays: FloatArray, toward: FloatArray) -> FloatArray:
     """Where directions (n, 3) are in a picture of rays (height, width, 3): rows and columns (n, 2), the first pixel's
     centre being 0, 0, and outside the picture somewhere outside it; by Newton's method.
 
     Examples
     --------
-    >>> from .rig.camera import rays
+    >>> from ..rig.camera import rays
     >>> picture = rays(20, 30, 1.0)
-    >>> pixel_of(picture, picture[[3, 19], [7, 29]]).round(9).tolist()
+    >>> find_pixels(picture, picture[[3, 19], [7, 29]]).round(9).tolist()
     [[3.0, 7.0], [19.0, 29.0]]
     """
     place = np.tile((np.array(rays.shape[:2]) - 1) / 2, (len(toward), 1))
     for _ in range(_STEPS):
-        corner, share, _ = corners_of(place, rays.shape[:2])
+        corner, share, _ = pixel_corners(place, rays.shape[:2])
         row, column = corner.T
         a, b, c, d = rays[row, column], rays[row, column + 1], rays[row + 1, column], rays[row + 1, column + 1]
         y, x = share[:, :1], share[:, 1:]
@@ -156,7 +156,7 @@ def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
     return np.asarray(place)
 
 
-def corners_of(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, FloatArray, BoolArray]:
+def pixel_corners(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, FloatArray, BoolArray]:
     """The first of the four pixels around each place, the shares of the others along both axes, and which are inside:
     within a pixel's width of the outermost ones' centres, since a sample may fill its pictures.
 

@@ -6,20 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError
+from ...arrays import BoolArray, FloatArray
+from ...errors import DatasetError
+from ..description.capture_setup import MOST_TEXELS, CaptureSetup, SampleSetup
+from ..pictures.light import Light, same_pictures
+from ..pictures.picture_files import read_picture_info
+from ..pictures.reading import Part, Pictures, read_mask
+from ..rig.camera import CameraView, field_of_view, pixel_angle, rays_through
+from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
+from ..rig.photograph import is_saturated
+from ..rig.scale import GUESSED, lamp_intensity
 from .camera_pose import find_view
-from .description.capture_setup import MOST_TEXELS, CaptureSetup, SampleSetup
-from .flat import frame_of, pixels_of, points_of, texel_corners
-from .flat_judging import lamp_brightness
-from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, texel_means
-from .pictures.light import Light, same_pictures
-from .pictures.picture_files import read_picture_info
-from .pictures.reading import Part, Pictures, read_mask
-from .rig.camera import CameraView, field_of_view, pixel_angle, rays_through
-from .rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
-from .rig.photograph import is_saturated
-from .rig.scale import GUESSED, lamp_intensity
+from .judging import lamp_brightness
+from .maps import pixels_per_texel, sample_frame, texel_corners, texel_points
+from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, texel_means
 
 _DEFAULT_TEXELS = 1024      # along the width
 _OFF = 3.0                  # pixels that a corner may be off: an edge is found within one by hand
@@ -62,10 +62,10 @@ def read_sample(setup: CaptureSetup) -> Flat:
     photographs = [FlatPhotograph(light.radiance, window.toward, view.position, each.place(*scene.what), intensity,
                                   light.noise, light.known, shot.name)
                    for light, each, shot in zip(lights, scene.lamps, scene.shots, strict=True)]
-    frame = frame_of(whole, photographs)    # lamps are not behind it
+    frame = sample_frame(whole, photographs)    # lamps are not behind it
     notes, brightness = setup.notes + scene.notes[:-1], setup.lamp.brightness
     if brightness is not None:
-        by = (lamp_brightness(observed(photographs, points_of(whole, _GUESSED), frame[2]), frame)
+        by = (lamp_brightness(observe(photographs, texel_points(whole, _GUESSED), frame[2]), frame)
               if isinstance(brightness, str) else brightness[:, None])
         photographs = [replace(each, intensity=each.intensity * factor)
                        for each, factor in zip(photographs, by, strict=True)]
@@ -168,8 +168,8 @@ def _fill_rim(lights: list[Light], toward: FloatArray, position: FloatArray, hal
     within = np.clip(seen, *(sign * np.maximum(half - step, 0) for sign in (-1, 1)))
     rim = (seen != within).any(axis=2) & (np.abs(seen - within) < 2 * step).all(axis=2)
     there = np.column_stack([(2 * within - seen)[rim], np.zeros(int(rim.sum()))]) - position
-    place = pixel_of(toward, there / np.linalg.norm(there, axis=1, keepdims=True))
-    corner, share, _ = corners_of(place, rim.shape)
+    place = find_pixels(toward, there / np.linalg.norm(there, axis=1, keepdims=True))
+    corner, share, _ = pixel_corners(place, rim.shape)
     filled = []
     for light in lights:
         radiance, noise, known = light.radiance.copy(), light.noise.copy(), light.known.copy()
@@ -196,14 +196,14 @@ class _Window(NamedTuple):
         first, last = np.floor(places.min(axis=0)) - _BESIDE, np.ceil(places.max(axis=0)) + _BESIDE
         columns, rows = (slice(max(int(a), 0), min(int(b), side))
                          for a, b, side in zip(first, last, view.size[::-1], strict=True))
-        part, count = (rows, columns), pixels_of(places, shape)
+        part, count = (rows, columns), pixels_per_texel(places, shape)
         mask = None if mask is None else mask[part]
         if count < _MANY and (count == 1 or (rows.stop - rows.start) * (columns.stop - columns.start) < _ROOM):
             return cls(part, view.rays(part), mask)
         # what is right beside the sample's edge gets into the pixels there
         sides = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)
         corners = view.project(texel_corners(whole, shape, _EDGE / sides[[1, 3]].min(), _EDGE / sides[[0, 2]].min()))
-        toward = points_of(whole, shape).reshape(*shape, 3) - view.position
+        toward = texel_points(whole, shape).reshape(*shape, 3) - view.position
         toward /= np.linalg.norm(toward, axis=2, keepdims=True)
         return cls(part, toward[::-1], mask, corners[::-1, :, ::-1] - (rows.start + 0.5, columns.start + 0.5), count)
 
@@ -228,7 +228,7 @@ def _shape(setup: CaptureSetup, places: FloatArray, aspect: float) -> tuple[int,
 def _albedo(photographs: list[FlatPhotograph], corners: FloatArray) -> float:
     """The albedo of a sample under lamps of these intensities, as if it were Lambertian: the mean over it and the
     channels of the median over the lamps, since a highlight is under few of them."""
-    seen = observed(photographs, points_of(corners, _GUESSED), np.array([0.0, 0, 1]))
+    seen = observe(photographs, texel_points(corners, _GUESSED), np.array([0.0, 0, 1]))
     seen = seen.some(np.flatnonzero(seen.good.any(axis=1)))
     light = np.where(seen.good, seen.lit.light[..., 2], np.nan)[..., None] * seen.lit.brought
     albedo = np.nanmedian(np.pi * seen.radiance / light, axis=1).mean() if len(light) else 0.0

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray
-from ..least_squares import damped_step, levenberg_marquardt
-from .description.capture_setup import CameraSetup
-from .rig.camera import CameraView, rays_through
+from ...arrays import FloatArray
+from ...least_squares import damped_step, levenberg_marquardt
+from ..description.capture_setup import CameraSetup
+from ..rig.camera import CameraView, rays_through
 
 _MEASURED = 0.02            # of its distance, by which a camera's place may be wrong that somebody has measured
 _ROUNDS = 40                # toward the camera's place; it takes 10

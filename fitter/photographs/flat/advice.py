@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
-from .ball.coverage import LEAST
-from .flat import Maps, evenly, frame_of, points_of
-from .flat_photograph import FlatPhotograph, ShadingGeometry, observed, shading_geometry
-from .flat_solving import DIFFERENCE, NOISE, STEEP, normals_of, radiances, scale_of, slopes_of
+from ...arrays import ArrayLike, FloatArray
+from ..ball.coverage import LEAST
+from .maps import Maps, evenly, sample_frame, texel_points
+from .photograph import FlatPhotograph, ShadingGeometry, observe, shading_geometry
+from .solving import DIFFERENCE, NOISE, STEEP, expected_deviation, normals_to_slopes, radiances, slopes_to_normals
 
 _TEXELS = 100               # that are looked at
 _PLACES = 150               # of lamps that are tried, 10 degrees apart
@@ -47,17 +47,17 @@ def next_lamp(maps: Maps, photographs: Sequence[FlatPhotograph], places: ArrayLi
 
     It may stand at places, (n, 3), metres, as the lamps of a dome; by default all around, as far as the others.
     """
-    frame, (height, width) = frame_of(maps.corners, photographs), maps.weights.shape[:2]
+    frame, (height, width) = sample_frame(maps.corners, photographs), maps.weights.shape[:2]
     chosen = evenly(height, width, _TEXELS)
-    points = points_of(maps.corners, (height, width)).reshape(height, width, 3)[chosen].reshape(-1, 3)
-    seen = observed(photographs, points, frame[2])
+    points = texel_points(maps.corners, (height, width)).reshape(height, width, 3)[chosen].reshape(-1, 3)
+    seen = observe(photographs, points, frame[2])
     enough = np.flatnonzero(seen.good.any(axis=1))
     points, seen = points[enough], seen.some(enough)
     weights = maps.weights[chosen].reshape(-1, len(maps.fits))[enough]
-    slopes = slopes_of(maps.normals[chosen].reshape(-1, 3)[enough], frame, np.inf)
+    slopes = normals_to_slopes(maps.normals[chosen].reshape(-1, 3)[enough], frame, np.inf)
 
     shown, change = _derivatives(maps, seen.lit, slopes, weights, frame)
-    scale = scale_of(seen, shown, seen.good)
+    scale = expected_deviation(seen, shown, seen.good)
     change *= (seen.good[..., None] / scale)[..., None]
     # weights are expected to be about 1, and slopes about STEEP, before any photograph
     before = np.diag([1.0] * len(maps.fits) + [STEEP ** -2] * 2)
@@ -86,7 +86,7 @@ def _derivatives(maps: Maps, seen: ShadingGeometry, slopes: FloatArray, weights:
     """What n texels show in p photographs, (n, p, channels), and its derivatives by the weights and both slopes:
     (n, p, channels, materials + 2)."""
     def unit(at: FloatArray) -> FloatArray:
-        return radiances(maps.fits, seen, normals_of(at, frame))
+        return radiances(maps.fits, seen, slopes_to_normals(at, frame))
 
     now = unit(slopes)
     shown = np.einsum("npcm,nm->npc", now, weights)

@@ -14,16 +14,25 @@ from typing import TypeVar
 
 import numpy as np
 
-from .. import progress
-from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
-from ..errors import DatasetError
-from ..model.fit import Fit
-from ..samples import Samples
-from .description.capture_setup import MOST_MATERIALS
-from .flat_finding import MOST_TEXELS, materials_found
-from .flat_photograph import FlatPhotograph, corners_of, interpolate_bilinear, observed, pixel_of, shading_geometry
-from .flat_solving import Prior, Texels, given_normals, normals_of, prior_of, radiances, solved, turned_weights
-from .pictures.light import check_bright
+from ... import progress
+from ...arrays import ArrayLike, BoolArray, FloatArray, IntArray
+from ...errors import DatasetError
+from ...model.fit import Fit
+from ...samples import Samples
+from ..description.capture_setup import MOST_MATERIALS
+from ..pictures.light import check_bright
+from .materials import MOST_TEXELS, materials_found
+from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, shading_geometry
+from .solving import (
+    Prior,
+    Texels,
+    estimate_prior,
+    given_normals,
+    radiances,
+    slopes_to_normals,
+    solve_texels,
+    turned_weights,
+)
 
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
 _COARSER, _COARSEST = 4, 4096   # of how many texels along both axes one is solved first; the fewest that follow others
@@ -73,7 +82,7 @@ class Maps:
 
         Shadows of texels on one another are not in it. Places are (3,), metres; the intensity is (channels,), W/sr.
         """
-        points, weights = points_of(self.corners, self.weights.shape[:2]), self.weights.reshape(-1, len(self.fits))
+        points, weights = texel_points(self.corners, self.weights.shape[:2]), self.weights.reshape(-1, len(self.fits))
         normals = self.normals.reshape(-1, 3)
         eye, light = (np.asarray(each, dtype=float)[None] for each in (camera, lamp))
         found = []
@@ -98,7 +107,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         Texels.
     fits : sequence of Fit, or int
         One to four isotropic materials that are mixed; by default, or of so many, they are found in the photographs
-        (`flat_finding`), which then say nothing of the scale of each one's weights: its purest texels have about 1.
+        (`materials`), which then say nothing of the scale of each one's weights: its purest texels have about 1.
 
     Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat. A texel
     that has eight pixels or more along both axes is their mean.
@@ -118,40 +127,42 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     height, width = (int(each) for each in shape)
     if min(height, width) < 1:
         raise ValueError(f"{width} x {height} texels, expected one or more along both sides")
-    frame = frame_of(corners, photographs)
+    frame = sample_frame(corners, photographs)
     photographs = coarse(photographs, corners, (height, width))
-    points = points_of(corners, (height, width))
+    points = texel_points(corners, (height, width))
     grid = points.reshape(height, width, 3)
     notes: tuple[str, ...] = ()
-    some = observed(photographs, grid[evenly(height, width, MOST_TEXELS)].reshape(-1, 3), frame[2])
+    some = observe(photographs, grid[evenly(height, width, MOST_TEXELS)].reshape(-1, 3), frame[2])
     if fits is None or isinstance(fits, int):
         with progress.part(0.0, 0.4, "Finding materials"):
             fits, notes = materials_found(some, frame, photographs[0].name, fits)
     fits = tuple(fits)
     check_materials(fits, photographs[0].radiance.shape[2])
     with progress.part(0.4, 0.9, "Finding weights and normals"):
-        few = solved(fits, some, frame)
-        prior = prior_of(few)
-        texels = _solved(fits, photographs, grid, frame, prior, few.slopes if len(few.slopes) == len(points) else None)
+        few = solve_texels(fits, some, frame)
+        prior = estimate_prior(few)
+        texels = _solve_grid(fits, photographs, grid, frame, prior,
+                             few.slopes if len(few.slopes) == len(points) else None)
     if not (texels.used.sum(axis=1) > 1).any():
         raise DatasetError("no texel is seen and lit in two photographs or more: the corners are not where the sample "
                            "is in the pictures, or lamps and camera graze it", photographs[0].name)
     with progress.part(0.9, 1.0, "Smoothing normals"):
-        slopes = smoothed(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2),
-                          texels.used.any(axis=1).reshape(height, width))
+        slopes = smooth_slopes(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2),
+                               texels.used.any(axis=1).reshape(height, width))
         slopes = slopes.reshape(-1, 2)
         weights, far = turned_weights(texels, slopes)
-        for part, exact in zip(_blocks(len(far)), _in_parts(lambda part: given_normals(
-                fits, observed(photographs, points[far[part]], frame[2]), frame, texels.part(far[part]),
+        for part, exact in zip(_blocks(len(far)), _map_blocks(lambda part: given_normals(
+                fits, observe(photographs, points[far[part]], frame[2]), frame, texels.part(far[part]),
                 slopes[far[part]], prior), len(far)), strict=True):
             weights[far[part]] = exact
         progress.report(1.0)
-    return Maps(fits, weights.reshape(height, width, -1), normals_of(slopes, frame).reshape(height, width, 3), corners,
+    normals = slopes_to_normals(slopes, frame).reshape(height, width, 3)
+    return Maps(fits, weights.reshape(height, width, -1), normals, corners,
                 texels.deviation.reshape(height, width, -1), texels.used.sum(axis=1).reshape(height, width), notes)
 
 
-def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: FloatArray, frame: FloatArray,
-            prior: Prior, first: FloatArray | None = None) -> Texels:
+def _solve_grid(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: FloatArray, frame: FloatArray,
+                prior: Prior, first: FloatArray | None = None) -> Texels:
     """The texels of a grid of points (h, w, 3), row by row: from slopes to begin with, (n, 2), else from many starts of
     few of them, and then from these slopes."""
     height, width = grid.shape[:2]
@@ -160,16 +171,16 @@ def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: Fl
         middle = slice(_COARSER // 2, None, _COARSER)
         with progress.part(0.0, 2 / _COARSER ** 2):
             few = grid[middle, middle]
-            coarse = _solved(fits, photographs, few, frame, prior).slopes.reshape(*few.shape[:2], 2)
+            coarse = _solve_grid(fits, photographs, few, frame, prior).slopes.reshape(*few.shape[:2], 2)
         place = (np.indices((height, width)).reshape(2, -1).T - _COARSER // 2) / _COARSER
-        first = interpolate_bilinear(coarse, *corners_of(place, few.shape[:2])[:2])
+        first = interpolate_bilinear(coarse, *pixel_corners(place, few.shape[:2])[:2])
     with progress.part(0.0 if first is None else 2 / _COARSER ** 2, 1.0):
-        parts = _in_parts(lambda part: solved(fits, observed(photographs, points[part], frame[2]), frame,
-                                              None if first is None else first[part], prior), len(points))
+        parts = _map_blocks(lambda part: solve_texels(fits, observe(photographs, points[part], frame[2]), frame,
+                                                      None if first is None else first[part], prior), len(points))
     return Texels(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
-def _in_parts(work: Callable[[slice], _Result], count: int) -> list[_Result]:
+def _map_blocks(work: Callable[[slice], _Result], count: int) -> list[_Result]:
     """What work returns of so many things, in blocks of which several are worked on at once."""
     blocks, results = list(_blocks(count)), []
     with ThreadPoolExecutor(os.cpu_count()) as threads:
@@ -218,7 +229,7 @@ def check_materials(materials: Sequence[Fit | Samples], channels: int) -> None:
                              f"photographs, or 1")
 
 
-def frame_of(corners: FloatArray, photographs: Sequence[FlatPhotograph]) -> FloatArray:
+def sample_frame(corners: FloatArray, photographs: Sequence[FlatPhotograph]) -> FloatArray:
     """The axes of a sample: along its rows, along its columns nearly, and its normal toward the camera; rows of (3, 3).
 
     Raises DatasetError as `maps_from_flat` does.
@@ -257,12 +268,12 @@ def coarse(photographs: Sequence[FlatPhotograph], corners: FloatArray,
     found = []
     for each in photographs:
         toward = corners - each.camera
-        count = pixels_of(pixel_of(each.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)), shape)
-        found.append(each if count < _MANY else each.of_texels(texel_corners(corners, shape), count))
+        count = pixels_per_texel(find_pixels(each.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)), shape)
+        found.append(each if count < _MANY else each.average_texels(texel_corners(corners, shape), count))
     return found
 
 
-def pixels_of(places: FloatArray, shape: tuple[int, int]) -> int:
+def pixels_per_texel(places: FloatArray, shape: tuple[int, int]) -> int:
     """How many pixels a texel has along both axes, of a sample whose corners are at these places, (4, 2)."""
     sides = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1) * (1 + _EXACT)
     height, width = shape
@@ -276,12 +287,12 @@ def texel_corners(corners: FloatArray, shape: tuple[int, int], *rim: float) -> F
                                         for count, end in zip(shape, ends, strict=True)))
 
 
-def points_of(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
+def texel_points(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
     """The centres of texels, row by row: (h w, 3).
 
     Examples
     --------
-    >>> points_of(np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]]), (1, 2)).tolist()
+    >>> texel_points(np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]]), (1, 2)).tolist()
     [[1.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
     """
     return _points_in_sample(corners, *((np.arange(count) + 0.5) / count for count in shape)).reshape(-1, 3)
@@ -294,18 +305,12 @@ def _points_in_sample(corners: FloatArray, v: FloatArray, u: FloatArray) -> Floa
                       + v * ((1 - u) * corners[3] + u * corners[2]))
 
 
-def smoothed(slopes: FloatArray, precision: FloatArray, known: BoolArray) -> FloatArray:
-    """Slopes that are their neighbours' as far as they are not known themselves.
+def smooth_slopes(slopes: FloatArray, precision: FloatArray, known: BoolArray) -> FloatArray:
+    """Slopes (h, w, 2) that are their neighbours' as far as they are not known themselves.
 
-    The most probable ones, where those of neighbours differ by as much as they do beyond what their uncertainty makes.
-
-    Parameters
-    ----------
-    slopes : (h, w, 2)
-    precision : (h, w, 2, 2)
-        The inverse of their covariance.
-    known : (h, w) bool
-        Where photographs tell of them: how much neighbours differ is found there.
+    The most probable ones, where those of neighbours differ by as much as they do beyond what their uncertainty makes:
+    the precision (h, w, 2, 2) is the inverse of their covariance, and how much neighbours differ is found where
+    photographs tell of them, (h, w).
     """
     pairs_known = np.concatenate([(known[1:] & known[:-1]).ravel(), (known[:, 1:] & known[:, :-1]).ravel()])
     variance = np.trace(np.linalg.inv(precision), axis1=2, axis2=3)

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import progress
-from ..arrays import FloatArray, IntArray
-from .flat import Maps
+from ... import progress
+from ...arrays import FloatArray, IntArray
+from .maps import Maps
 
 LEAST_TEXELS = 16           # along both axes
 _STRIP = 8                  # of how many the sample has room

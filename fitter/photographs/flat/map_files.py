@@ -13,17 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray
-from ..errors import DatasetError, printable
-from ..quality.physics import directional_albedo
-from ..storage.files import replace_folder
-from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
-from .flat_advice import next_lamp
-from .flat_judging import contradictions, turned_lamps
-from .flat_photograph import FlatPhotograph, observed
-from .pictures.picture_files import NEEDED
-from .rig.report import MeasurementReport, judge_left_out
-from .rig.scale import SHARE_ANGLES, too_bright
+from ...arrays import FloatArray
+from ...errors import DatasetError, printable
+from ...quality.physics import directional_albedo
+from ...storage.files import replace_folder
+from ..pictures.picture_files import NEEDED
+from ..rig.report import MeasurementReport, judge_left_out
+from ..rig.scale import SHARE_ANGLES, too_bright
+from .advice import next_lamp
+from .judging import contradictions, turned_lamps
+from .maps import Maps, evenly, maps_from_flat, sample_frame, texel_points
+from .photograph import FlatPhotograph, observe
 
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
@@ -93,7 +93,7 @@ def _left_out_error(maps: Maps, others: Sequence[FlatPhotograph], shot: FlatPhot
     shows nothing of the sample."""
     height, width = (min(each, _LEFT_OUT) for each in maps.weights.shape[:2])
     coarse = maps_from_flat(others, maps.corners, (height, width), maps.fits)
-    seen = observed([shot], points_of(maps.corners, (height, width)), frame_of(maps.corners, [shot])[2])
+    seen = observe([shot], texel_points(maps.corners, (height, width)), sample_frame(maps.corners, [shot])[2])
     counts = seen.good[:, 0] & (coarse.used.ravel() > 0)
     there = seen.radiance[counts, 0]
     expected = coarse.radiance(shot.camera, shot.lamp, shot.intensity).reshape(len(counts), -1)[counts]
@@ -117,10 +117,10 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
         lines.append(told.words)
         if told.is_bad:
             doubts.append(told.words)
-    frame, points = frame_of(maps.corners, photographs), points_of(maps.corners, (height, width))
+    frame, points = sample_frame(maps.corners, photographs), texel_points(maps.corners, (height, width))
     some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
     size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
-    judged = (*contradictions(maps.fits, observed(photographs, some, frame[2]), frame,
+    judged = (*contradictions(maps.fits, observe(photographs, some, frame[2]), frame,
                               [each.name for each in photographs]),
               *turned_lamps(maps.normals, frame, maps.used > 0, size))
     return MeasurementReport((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice),

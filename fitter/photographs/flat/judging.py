@@ -10,10 +10,10 @@ from itertools import combinations
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
-from ..model import Reflectance
-from .flat_photograph import Observed
-from .flat_solving import Texels, normals_of, radiances, solved
+from ...arrays import ArrayLike, BoolArray, FloatArray, IntArray
+from ...model import Reflectance
+from .photograph import Observed
+from .solving import Texels, radiances, slopes_to_normals, solve_texels
 
 _RIDGE = 1e-6
 _LEAST_SEEN = 10            # values of a photograph that can be judged
@@ -127,7 +127,7 @@ def _consistent(fits: Sequence[Reflectance], seen: Observed,
     """The numbers of photographs that are left when one after the other is taken out without which the others predict
     each other better; the slopes that they tell (n, 2), and how far each photograph is from what those say (p,)."""
     alike, fewest = np.arange(seen.good.shape[1]), max(_GROUPS, 3 * seen.good.shape[1] // 4)
-    texels = solved(fits, seen, frame)
+    texels = solve_texels(fits, seen, frame)
     # at first the one without which most is explained, of some texels
     some = np.arange(0, len(seen.good), max(len(seen.good) // _TRIED, 1))
     few, now = seen.some(some), texels.part(some)
@@ -140,7 +140,7 @@ def _consistent(fits: Sequence[Reflectance], seen: Observed,
             break
         alike, now = np.delete(alike, best), tried.part(best * len(some) + np.arange(len(some)))
     if len(alike) < seen.good.shape[1]:
-        texels = solved(fits, seen.some(np.s_[:, alike]), frame, texels.slopes)
+        texels = solve_texels(fits, seen.some(np.s_[:, alike]), frame, texels.slopes)
     # then the one that is predicted worst, which a model may take for shadows and slopes
     errors = _errors(fits, seen, frame, alike, texels.slopes)
     while len(alike) > fewest:
@@ -161,7 +161,7 @@ def _errors(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, alik
     texels = _solve_each_choice(fits, seen, frame, slopes, ~own & np.isin(photograph, alike))
     there = _repeat(seen, own)
     good = there.good & (texels.used.sum(axis=1) > 1)[:, None]
-    unit = radiances(fits, there.lit, normals_of(texels.slopes, frame), good)
+    unit = radiances(fits, there.lit, slopes_to_normals(texels.slopes, frame), good)
     off = np.where(good[..., None], np.einsum("npcm,nm->npc", unit, texels.weights) - there.radiance, 0)
     size = np.where(good[..., None], there.radiance, 0)
     return np.sqrt((off ** 2).sum(axis=(0, 2)) / np.maximum((size ** 2).sum(axis=(0, 2)), 1e-300))
@@ -171,7 +171,7 @@ def _solve_each_choice(fits: Sequence[Reflectance], seen: Observed, frame: Float
                        used: BoolArray) -> Texels:
     """What each of some choices of photographs, (choices, p), tells of n texels, solved from slopes (n, 2) all at once:
     choices * n of them."""
-    return solved(fits, _repeat(seen, used), frame, np.tile(slopes, (len(used), 1)))
+    return solve_texels(fits, _repeat(seen, used), frame, np.tile(slopes, (len(used), 1)))
 
 
 def _repeat(seen: Observed, used: BoolArray) -> Observed:
@@ -182,7 +182,7 @@ def _repeat(seen: Observed, used: BoolArray) -> Observed:
 
 def _room(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray) -> list[str]:
     """Whether photographs show light that no lamp of theirs brings."""
-    dark, lit = solved(fits, seen, frame, slopes), solved([*fits, _Room()], seen, frame, slopes)
+    dark, lit = solve_texels(fits, seen, frame, slopes), solve_texels([*fits, _Room()], seen, frame, slopes)
     brought = np.where(seen.good[..., None], seen.lit.brought, 0).mean(axis=2)
     share = float(np.median((lit.weights[:, -1:] * brought).sum(axis=1) / np.maximum(
         np.where(seen.good, seen.radiance.mean(axis=2), 0).sum(axis=1), 1e-300)))

@@ -17,23 +17,32 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import progress
-from ..arrays import Directions, FloatArray, IntArray, concatenate_directions
-from ..errors import DatasetError
-from ..least_squares import nonnegative_least_squares
-from ..methods import fit
-from ..methods.presets import PRESETS
-from ..model import Reflectance
-from ..model.fit import Fit
-from ..model.microfacet import Microfacet
-from ..samples import RGB, Samples
-from .ball.binning import bin_samples
-from .ball.coverage import LEAST, difference_angle
-from .description.capture_setup import MOST_MATERIALS
-from .flat_judging import UNCONSTRAINED, predict_unconstrained, relative_errors
-from .flat_photograph import Observed
-from .flat_solving import DIFFERENCE, NOISE, Texels, normals_of, prior_of, radiances, scale_of, solved
-from .rig.photograph import STEEPEST, to_local_angles
+from ... import progress
+from ...arrays import Directions, FloatArray, IntArray, concatenate_directions
+from ...errors import DatasetError
+from ...least_squares import nonnegative_least_squares
+from ...methods import fit
+from ...methods.presets import PRESETS
+from ...model import Reflectance
+from ...model.fit import Fit
+from ...model.microfacet import Microfacet
+from ...samples import RGB, Samples
+from ..ball.binning import bin_samples
+from ..ball.coverage import LEAST, difference_angle
+from ..description.capture_setup import MOST_MATERIALS
+from ..rig.photograph import STEEPEST, to_local_angles
+from .judging import UNCONSTRAINED, predict_unconstrained, relative_errors
+from .photograph import Observed
+from .solving import (
+    DIFFERENCE,
+    NOISE,
+    Texels,
+    estimate_prior,
+    expected_deviation,
+    radiances,
+    slopes_to_normals,
+    solve_texels,
+)
 
 MOST_TEXELS = 1500          # that are looked at: 4 s, and three materials have a hundred pure ones each
 _WIDTHS = 0.05, 0.15, 0.4   # alpha of the lobes
@@ -68,7 +77,7 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
     texels have the weight 1. Raises DatasetError, which names the file `name`, if too few texels are seen under enough
     lamps.
     """
-    grey = solved(_lobes(), _mean_channels(seen), frame)
+    grey = solve_texels(_lobes(), _mean_channels(seen), frame)
     progress.report(0.1)
     enough = np.flatnonzero(grey.used.sum(axis=1) >= _FEWEST)
     if len(enough) < _LEAST_TEXELS:
@@ -90,7 +99,7 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
             samples = [_pool_samples(models, seen, frame, texels, material) for material in range(len(models))]
             fits = tuple(fit(each, **PRESETS["Standard"]) for each in progress.each(samples))
             if number + 1 < _REFINED:
-                texels, models = solved(fits, seen, frame, texels.slopes), fits
+                texels, models = solve_texels(fits, seen, frame, texels.slopes), fits
     return fits, notes
 
 
@@ -121,8 +130,8 @@ class _Mixed(NamedTuple):
 
 
 def _equations(seen: Observed, texels: Texels, frame: FloatArray) -> _Equations:
-    share = texels.used[..., None] / scale_of(seen, seen.radiance, texels.used, _OF_LOBES)
-    unit = radiances(_lobes(), seen.lit, normals_of(texels.slopes, frame), texels.used) * share[..., None]
+    share = texels.used[..., None] / expected_deviation(seen, seen.radiance, texels.used, _OF_LOBES)
+    unit = radiances(_lobes(), seen.lit, slopes_to_normals(texels.slopes, frame), texels.used) * share[..., None]
     return _Equations(np.einsum("npcj,npck->ncjk", unit, unit),
                       np.einsum("npcj,npc->ncj", unit, seen.radiance * share))
 
@@ -166,7 +175,7 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
         used, other = (seen._replace(good=seen.good & which) for which in (~left, left))
         if (used.good.sum(axis=1) < _FEWEST).all():
             continue
-        grey = solved(_lobes(), _mean_channels(used), frame)
+        grey = solve_texels(_lobes(), _mean_channels(used), frame)
         enough = np.flatnonzero(grey.used.sum(axis=1) >= _FEWEST)
         if len(enough) < _LEAST_TEXELS:
             continue
@@ -176,11 +185,11 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
                 for number in range(1, MOST_MATERIALS + 1)} | {
                         NONE: _own(equations), DULL: _own(equations, False)}
         for way, models in ways.items():
-            found = solved(models, used, frame, texels.slopes)
-            prior = prior_of(found)
+            found = solve_texels(models, used, frame, texels.slopes)
+            prior = estimate_prior(found)
             if prior.is_poor:
-                found = solved(models, used, frame, found.slopes, prior)
-            unit = radiances(models, other.lit, normals_of(found.slopes, frame), other.good)
+                found = solve_texels(models, used, frame, found.slopes, prior)
+            unit = radiances(models, other.lit, slopes_to_normals(found.slopes, frame), other.good)
             errors.setdefault(way, []).extend(_both_errors(np.einsum("npcm,nm->npc", unit, found.weights), other))
         for name, expected in predict_unconstrained(used, other, frame).items():
             errors.setdefault(name, []).extend(_both_errors(expected, other))
@@ -287,7 +296,8 @@ def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArr
                   material: int) -> Samples:
     """What texels that are mostly of one material show of it, about their normals."""
     def radiances_at(slopes: FloatArray) -> FloatArray:
-        return radiances(models, seen.lit, normals_of(slopes, frame), texels.used) * texels.weights[:, None, None]
+        unit = radiances(models, seen.lit, slopes_to_normals(slopes, frame), texels.used)
+        return unit * texels.weights[:, None, None]
 
     each = radiances_at(texels.slopes)
     bright = each.sum(axis=(1, 2))
@@ -302,7 +312,7 @@ def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArr
     wrong = np.sqrt(seen.noise[which] ** 2 + (NOISE * radiance) ** 2 + (_OTHERS * others) ** 2
                     + np.maximum(by_slope, 0)).mean(axis=2)
     own = np.maximum(radiance - others, 0.05 * radiance).mean(axis=2)
-    normal = np.broadcast_to(normals_of(texels.slopes[which], frame)[:, None], seen.lit.light[which].shape)
+    normal = np.broadcast_to(slopes_to_normals(texels.slopes[which], frame)[:, None], seen.lit.light[which].shape)
     used = texels.used[which] & (own > 0) & (np.minimum(*(
         np.einsum("npk,npk->np", toward[which], normal) for toward in seen.lit[:2])) > np.cos(STEEPEST))
     directions = to_local_angles(normal[used], seen.lit.light[which][used], seen.lit.view[which][used])
