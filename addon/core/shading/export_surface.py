@@ -4,6 +4,9 @@ It has a Material Output of its own, for all renderers. Cycles and EEVEE prefer 
 whoever asks for any output gets this one: MaterialX, and glTF, which takes the active output. USD takes the first
 Principled BSDF of a material, OBJ and FBX one that is linked to an output. None looks for it inside of a group.
 
+How bright highlights are is a level in glTF and MaterialX, which follow links to Value nodes. In the preview of USD,
+which takes what an input has without its link, as OBJ does, it is an index of refraction.
+
 Tint and Strength multiply all that the closest Principled BSDF reflects. Where images are in them, or are masks of a
 mix, the products are baked: of the four formats glTF alone has a factor beside a texture.
 """
@@ -17,6 +20,8 @@ import bpy
 import numpy as np
 
 from ....fitter.colours import DEFAULT_COLOURS, conversion
+from ....fitter.cycles.principled_bsdf import DIELECTRIC
+from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
@@ -38,6 +43,7 @@ _DISPLACED = "measured_brdf_displacement"       # the node that displacement was
 _KEY = "measured_brdf_key"              # what all was made of,
 _LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
 _LEVEL = "Specular IOR Level"
+_INPUTS_OF_USD = ((_LEVEL, 0.5), ("IOR", 1.5))      # where links are not followed, and what new nodes have
 NOT_EVERYWHERE = "In "                  # how a loss begins that not all formats have
 _HUE = 0.05                             # of a tint, largest less smallest over largest: less is grey
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
@@ -84,7 +90,7 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
     products = _products(node)
     key = repr((_blended(node, material, lambda socket: _factor(socket, products, {})),
                 [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
-                _lost(node)))
+                _find_losses(node)))
     if key == export.get(_KEY) and not again:
         return
     found = evaluate(material, node)
@@ -133,7 +139,7 @@ def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
     def read(socket: bpy.types.NodeSocket) -> FloatArray:
         return _factor(socket, products, seen)
 
-    values, lost, tint = _blended(node, material, read, fitted), _lost(node), np.ones(3)
+    values, lost, tint = _blended(node, material, read, fitted), _find_losses(node), np.ones(3)
     for name in ("Tint", "Strength"):
         tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
     if values:
@@ -154,7 +160,12 @@ def losses(material: bpy.types.Material) -> list[str]:
     if all(link.from_node != export for link in links):
         return [f"What other programs get is the surface at the output {output.name}" if output is not None
                 else "Other programs get no surface: there is no Material Output for all renderers"]
-    return [line for line in export.get(_LOST, "").split("\n") if line]
+    lost = [line for line in export.get(_LOST, "").split("\n") if line]
+    images = [tree.nodes[name].image for name in (BASE_COLOR, ROUGH_METAL) if name in tree.nodes]
+    if any(image is not None and image.packed_file is not None for image in images):
+        lost.append(f"{NOT_EVERYWHERE}OBJ, and in FBX that does not embed them, textures are named and not written "
+                    "while they are packed: File > External Data > Unpack Resources writes them")
+    return lost
 
 
 def is_baked_of(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bool:
@@ -235,7 +246,7 @@ def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
     """The values of a fit, and what the user has changed of them."""
     written, values = _written(export), {}
     for name, value in fitted.items():
-        own = value if name == _ALBEDO or _is_as_written(export, name, written) else export.inputs[name].default_value
+        own = value if name == _ALBEDO or _is_as_written(export, name, written) else _socket(export, name).default_value
         values[name] = np.array(own, dtype=float).ravel()[:3]
     return values
 
@@ -246,20 +257,30 @@ def _written(export: bpy.types.Node) -> _Values:
 
 
 def _is_as_written(export: bpy.types.Node, name: str, written: _Values) -> bool:
-    return name not in written or np.allclose(written[name], export.inputs[name].default_value, atol=1e-6)
+    return name not in written or np.allclose(written[name], _socket(export, name).default_value, atol=1e-6)
+
+
+def _socket(export: bpy.types.Node, name: str) -> Any:
+    """Where the value of an input is: at a Value node of ours that is connected to it, or at the input itself."""
+    link = next(iter(not_none(export.inputs[name].links)), None)
+    is_ours = link is not None and link.from_node.name == f"{NAME} {name}" and link.from_node.type == "VALUE"
+    return link.from_socket if link is not None and is_ours else export.inputs[name]
 
 
 def _multiply(values: _Values, factor: FloatArray, lost: list[str]) -> None:
     """Multiply all that a surface reflects; `lost` gets what of it exceeds 1, or is not in all files.
 
-    How bright highlights are is in their level, which all formats have, and their hue in the tint, which glTF and
-    MaterialX have. The tint of a metal is that of its edge, which no level changes.
+    How bright highlights are is in their level, and their hue in the tint, which glTF and MaterialX have. The tint of a
+    metal is that of its edge, which no level changes.
     """
     grey = (factor @ export_inputs.grey_weights())[..., None]
     brightest = factor.max(axis=-1, keepdims=True) ** (1 - values["Metallic"])
     values["Specular Tint"] = np.divide(1.0, brightest, out=np.ones_like(brightest), where=brightest > 0) * np.ones(3)
     if _LEVEL in values:
         values[_LEVEL] = values[_LEVEL] * brightest
+    if np.abs(brightest - 1).max() > _HUE:
+        lost.append(f"{NOT_EVERYWHERE}FBX highlights are as bright as without Tint and Strength; so they are in OBJ "
+                    "where a program does not read its index of refraction")
     if (np.ptp(factor / np.maximum(brightest, 1e-9), axis=-1, keepdims=True) * (1 - values["Metallic"])).max() > _HUE:
         lost.append(f"{NOT_EVERYWHERE}USD, OBJ and FBX highlights are white: these formats have no tint of them")
     for name, by in (("Base Color", factor), ("Specular Tint", factor), ("Sheen Tint", factor), ("Coat Weight", grey),
@@ -278,7 +299,7 @@ def _mean(value: FloatArray) -> Any:
     return (*mean.tolist(), 1.0) if len(mean) == 3 else float(mean[0])
 
 
-def _lost(node: bpy.types.Node) -> list[str]:
+def _find_losses(node: bpy.types.Node) -> list[str]:
     lost, placements = [], []
     for socket in _factors(node):
         try:
@@ -417,8 +438,12 @@ def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
     written = _written(node)
     for name, value in values.items():
         if _is_as_written(node, name, written):
-            node.inputs[name].default_value = written[name] = value
+            _socket(node, name).default_value = written[name] = value
     node[_SHOWN] = written
+    # UsdPreviewSurface has no level: an index alone tells how bright highlights are
+    if all(_socket(node, name) != node.inputs[name] for name, _ in _INPUTS_OF_USD):
+        level = np.array(_socket(node, _LEVEL).default_value)
+        node.inputs["IOR"].default_value = float(reflectance_to_index(2 * DIELECTRIC * level))
 
 
 def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:
@@ -444,6 +469,11 @@ def _export_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     below = min((each.location.y for each in outputs), default=0) - 180
     if node is None:
         node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+        for number, (name, value) in enumerate(_INPUTS_OF_USD):
+            made = tree.nodes.new("ShaderNodeValue")
+            made.name, made.label, made.location = f"{NAME} {name}", name, (right - 460, below - 100 * number)
+            made.outputs[0].default_value = node.inputs[name].default_value = value
+            tree.links.new(made.outputs[0], node.inputs[name])
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     node.name = node.label = output.label = NAME
     output.location, node.location = (right, below), (right - 260, below)
