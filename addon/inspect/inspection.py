@@ -9,14 +9,14 @@ import numpy as np
 
 from ...fitter.arrays import BoolArray, FloatArray, unit_vectors
 from ...fitter.imaging.drawing import Color
-from ...fitter.imaging.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
+from ...fitter.imaging.lobe import RADII, Lobe, Radius, evaluate_in_plane, lobe_surface, plane_curve
 from ...fitter.imaging.plane_plot import Curve, Plane, Plotted, curves
 from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance, is_isotropic
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
-from .view import View, dragged, limited
+from .view import View, drag_direction, limit_polar_angle
 
 HANDLE = 1.3                # distance of the light's handle, over the longest radius of the lobe
 _REACH = 1.12               # over that of the handle: where a click in the view takes it
@@ -43,7 +43,7 @@ class InspectedSurface(NamedTuple):
 
 
 class Measurements(NamedTuple):
-    """Samples near the plane of incidence, as `plane_plot.near_plane` returns them, and what they come from."""
+    """Samples near the plane of incidence, as `plane_plot.samples_near_plane` returns them, and what they come from."""
 
     theta_o: FloatArray
     values: FloatArray
@@ -75,7 +75,7 @@ class Inspection:
     def __init__(self, spot: Spot, size: float, theta_i: float, phi_i: float,
                  side: Literal["LEFT", "RIGHT"] = "RIGHT") -> None:
         self.spot, self.size, self.side = spot, size, side
-        self.theta_i, self.phi_i = limited(theta_i), phi_i
+        self.theta_i, self.phi_i = limit_polar_angle(theta_i), phi_i
         self.radius: Radius = "cube root"
         self.with_plot = True
         self.shown: InspectedSurface | None = None
@@ -111,9 +111,9 @@ class Inspection:
         """The mouse is somewhere else."""
         self.mouse = at
         if self.drag == "LOBE":
-            self.theta_i, self.phi_i = dragged(view, at, frame, HANDLE * self.size)
+            self.theta_i, self.phi_i = drag_direction(view, at, frame, HANDLE * self.size)
         elif self.drag == "PLOT":
-            self.theta_i = limited(-plot.angle(at))
+            self.theta_i = limit_polar_angle(-plot.angle(at))
         if self.drag:
             self._evaluate(_COARSE)
 
@@ -130,7 +130,7 @@ class Inspection:
             self.with_plot = not self.with_plot
         elif kind in _KEYS:
             theta, phi = _KEYS[kind]
-            self.theta_i, self.phi_i = limited(self.theta_i + theta), self.phi_i + phi
+            self.theta_i, self.phi_i = limit_polar_angle(self.theta_i + theta), self.phi_i + phi
         else:
             return False
         self._evaluate()
@@ -165,7 +165,7 @@ class Inspection:
     def read(self, theta: float) -> list[tuple[Color, float]]:
         """The values at an angle in the plane of incidence, 1/sr, in the colours that they are plotted in."""
         at = np.array([theta])
-        evaluated = [(at, at_angle(each.fit, self.theta_i, self.phi_i, at)) for each in self._fits]
+        evaluated = [(at, evaluate_in_plane(each.fit, self.theta_i, self.phi_i, at)) for each in self._fits]
         return [(color, float(value)) for curve in self._curves(evaluated)
                 for color, value in zip(curve.colors, curve.values[0], strict=True)]
 
@@ -177,7 +177,7 @@ class Inspection:
     def _curves(self, evaluated: list[tuple[FloatArray, FloatArray]]) -> list[Curve]:
         return curves(self._fits, evaluated, self.theta_i, None if self.samples is None else self.samples[:2])
 
-    def guessed(self, theta: FloatArray) -> BoolArray:
+    def is_extrapolated(self, theta: FloatArray) -> BoolArray:
         """Whether nobody measured what leaves at polar angles (n,), radians; they may be negative."""
         reaches = () if self.shown is None else self.shown.reaches
         return extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta), reaches)

@@ -69,7 +69,7 @@ class Spot:
         return frame
 
 
-def under_ray(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: FloatArray,
+def find_spot(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: FloatArray,
               direction: FloatArray) -> Spot | None:
     """The first spot of an object on a ray in the world; None if it does not meet its surface."""
     evaluated = item.evaluated_get(depsgraph)

@@ -11,16 +11,16 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray
-from ..colours import DEFAULT_COLOURS, luminance
+from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
+from ..colours import DEFAULT_COLOURS, conversion, luminance
 from ..methods import extrapolation
 from ..model import Reflectance
 from ..samples import Samples
-from .drawing import Color
-from .lobe import RADII, Radius
+from .drawing import BACKGROUND, INK, LIGHT, Canvas, Color
+from .lobe import RADII, Radius, plane_curve
 
-INK, DIM, FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
-LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
+SIZE = 256                  # pixels of a picture, at a scale of 1
+DIM, FAINT = (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
 PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2, 1.0), (0.35, 0.7, 1.0, 1.0))       # of two materials that are compared
 TEXT, SMALL = 13.0, 11.0    # pixels of text at a scale of 1
 IN_PLANE = np.radians(8)    # samples within this angle of the plane of incidence are plotted
@@ -55,12 +55,12 @@ class Pen(Protocol):
 
 class Curve(NamedTuple):
     """A fit in the plane: outgoing angles (n,), radians, negative on the light's side; values (n, k), 1/sr; a colour
-    for each of k; where nobody measured, (n,) bool; and samples, (m,) and (m, k), or None."""
+    for each of k; where it is extrapolated, (n,) bool; and samples, (m,) and (m, k), or None."""
 
     theta: FloatArray
     values: FloatArray
     colors: Sequence[Color]
-    is_guess: BoolArray
+    is_extrapolated: BoolArray
     samples: tuple[FloatArray, FloatArray] | None = None
 
 
@@ -111,21 +111,21 @@ def curves(fits: Sequence[Plotted], evaluated: Sequence[tuple[FloatArray, FloatA
     theta_i : float
         Of the light, radians.
     samples : (m,) and (m, channels) float64, optional
-        Near the plane, as `near_plane` returns them: of the first fit.
+        Near the plane, as `samples_near_plane` returns them: of the first fit.
     """
     made = []
     for number, ((_, colours, reaches), (at, values)) in enumerate(zip(fits, evaluated, strict=True)):
         near = samples if number == 0 else None
         colors = _RGB if values.shape[1] == len(_RGB) else _GREY
         if len(fits) > 1:
-            values, colors = _grey(values, colours), PAIR[number:number + 1]
-            near = None if near is None else (near[0], _grey(near[1], colours))
-        is_guess = extrapolation.is_extrapolated_in_any(np.full(len(at), theta_i), np.abs(at), reaches)
-        made.append(Curve(at, values, colors, is_guess, near))
+            values, colors = _luminance(values, colours), PAIR[number:number + 1]
+            near = None if near is None else (near[0], _luminance(near[1], colours))
+        is_extrapolated = extrapolation.is_extrapolated_in_any(np.full(len(at), theta_i), np.abs(at), reaches)
+        made.append(Curve(at, values, colors, is_extrapolated, near))
     return made
 
 
-def _grey(values: FloatArray, space: str) -> FloatArray:
+def _luminance(values: FloatArray, space: str) -> FloatArray:
     """The luminance, (n, 1) at least 0, of values in a colour space, (n, channels)."""
     return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), space), 0)[:, None]
 
@@ -176,12 +176,12 @@ def _draw_rings(pen: Pen, disc: Disc, plane: Plane) -> None:
 def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
     """A line for each channel, dashed where nobody measured, and the samples on it."""
     scale, largest, radius = disc.scale, plane.largest, plane.radius
-    parts = np.split(np.arange(len(curve.theta)), np.flatnonzero(np.diff(curve.is_guess)) + 1)
+    parts = np.split(np.arange(len(curve.theta)), np.flatnonzero(np.diff(curve.is_extrapolated)) + 1)
     for channel, color in enumerate(curve.colors):
         points = disc.points(curve.theta, lengths(curve.values[:, channel], largest, radius))
         for part in parts:
             piece = points[part[0]:part[-1] + 2]
-            if curve.is_guess[part[0]]:
+            if curve.is_extrapolated[part[0]]:
                 pen.strokes(dashes(piece, _DASH * scale), color, 2.2 * scale)
             else:
                 pen.line(piece, color, 2.2 * scale)
@@ -191,6 +191,64 @@ def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
             centers = disc.points(theta, lengths(values[:, channel], largest, radius))
             pen.discs(centers, 3.6 * scale, _BEHIND)
             pen.discs(centers, 2.6 * scale, color)
+
+
+def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float, size: int = SIZE,
+               phi_i: float = 0.0) -> tuple[SingleArray, float]:
+    """Draw one fit or two in the plane of incidence, with the samples of the first near that plane, if there are any.
+
+    Parameters
+    ----------
+    theta_i, phi_i : float
+        Of the light, radians; of isotropic materials the azimuth does not matter.
+
+    Returns
+    -------
+    picture : (size, size, 4) float32
+    shown : float
+        Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
+    """
+    near = None if samples is None else samples_near_plane(samples, theta_i, phi_i)
+    evaluated = [plane_curve(each.fit, theta_i, phi_i) for each in fits]
+    canvas = Canvas(np.full((size, size, 4), BACKGROUND, dtype=np.float32))
+    draw(canvas, picture_disc(size), Plane(theta_i, curves(fits, evaluated, theta_i, near and near[:2])))
+    return canvas.picture, float("nan") if near is None else near[2]
+
+
+def picture_disc(size: int) -> Disc:
+    """Where the plane of incidence is in a picture of a size."""
+    return Disc(np.array([0.5, 0.31]) * size, 0.385 * size, size / SIZE)
+
+
+def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT_COLOURS) -> SingleArray:
+    """The fit in the plane of incidence, for one angle of incidence, while that plane turns about the normal.
+
+    From left to right the light's azimuth goes through a full turn; from bottom to top the outgoing angle goes from
+    grazing on the light's side, through the normal, to grazing opposite the light. Cube roots of f cos theta_o are
+    shown, the largest of them as 1. Of an isotropic material all columns are equal.
+
+    Parameters
+    ----------
+    theta_i : float
+        Radians.
+    size : int
+        Pixels.
+    colours : str
+        One of `colours.COLOURS`: that of the fit.
+
+    Returns
+    -------
+    (size, size, 4) float32
+    """
+    step = (np.arange(size) + 0.5) / size
+    phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
+    value = fit.evaluate(np.full(phi.size, theta_i), phi.ravel(), np.abs(theta).ravel(),
+                         (phi + np.where(theta < 0, 0, np.pi)).ravel()) * np.cos(theta).reshape(-1, 1)
+    linear = np.broadcast_to(np.maximum(value, 0), (phi.size, 3)) @ conversion(colours, DEFAULT_COLOURS).T
+    shown = np.cbrt(np.maximum(linear, 0))
+    picture = np.ones((size, size, 4), dtype=np.float32)
+    picture[..., :3] = (shown / max(shown.max(), 1e-6)).reshape(size, size, 3)
+    return picture
 
 
 def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
@@ -220,10 +278,7 @@ def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
 
 def shown_value(value: float) -> str:
     """A value for people, 1/sr: three digits."""
-    if value == 0:
-        return "0"
-    digits = 2 - math.floor(math.log10(abs(value)))
-    return f"{round(value, digits):.10f}".rstrip("0").rstrip(".") if digits < 8 else f"{value:.1e}"
+    return f"{value:.1e}" if 0 < abs(value) < 1e-6 else np.format_float_positional(value, 3, fractional=False, trim="-")
 
 
 def _round_down_to_digit(value: float) -> float:
@@ -232,7 +287,7 @@ def _round_down_to_digit(value: float) -> float:
     return power * max(math.floor(value / power + 1e-9), 1)
 
 
-def near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+def samples_near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
     """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
     material those whose light is near the azimuth phi_i.
 

@@ -68,7 +68,7 @@ def masked(mix, pixels, colorspace="Non-Color"):
 def spot_at(parts, x, y):
     """What is inspected of the plane at a place."""
     item, depsgraph = bpy.context.object, bpy.context.evaluated_depsgraph_get()
-    return parts.surface.under_ray(item, depsgraph, np.array([x, y, 5.0]), np.array([0, 0, -1.0]))
+    return parts.surface.find_spot(item, depsgraph, np.array([x, y, 5.0]), np.array([0, 0, -1.0]))
 
 
 def answered(parts, job):
