@@ -83,7 +83,7 @@ def find(content: bytes, columns: str | None = None) -> Layout | None:
         Names of the columns, separated by commas, whatever the table calls them.
     """
     if columns is not None:
-        return _named(content, split(columns.encode(), b","))
+        return _layout_of_names(content, split(columns.encode(), b","))
     first, fallback = -1, None
     for line, separator, cells in _attempts(content):
         if line[0].startswith(b"VARS"):
@@ -217,20 +217,19 @@ def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator
             units = [unit or names.unit_of(decode(under)) or None
                      for unit, under in zip(units, below + [b""] * len(units), strict=False)]
             start = following.end()
+    rows = [split(line[0][:LONGEST], separator) for line in islice(_lines(content, start), _SOME)] if separator else []
     texts = [k for k, name in enumerate(shown) if name not in ("", SKIPPED) and names.role(name) is None
-             and names.value(name) is None and _is_text(content, start, separator, k)]
+             and names.value(name) is None and _is_text([row[k] for row in rows if k < len(row)])]
     return Layout([SKIPPED if k in texts else name for k, name in enumerate(shown)], units, separator,
                   (0, line.start()), start, line_number(content, line.start()), tuple(shown[k] for k in texts))
 
 
-def _is_text(content: bytes, start: int, separator: bytes | None, column: int) -> bool:
-    """Whether the first rows have text in a column, and no number."""
-    rows = [split(line[0][:LONGEST], separator) for line in islice(_lines(content, start), _SOME)]
-    cells = [row[column] for row in rows if column < len(row)]
-    return separator is not None and not any(map(is_number, cells)) and not all(map(is_cell, cells))
+def _is_text(cells: list[bytes]) -> bool:
+    """Whether cells of a column are text, and none is a number."""
+    return not any(map(is_number, cells)) and not all(map(is_cell, cells))
 
 
-def _named(content: bytes, cells: list[bytes]) -> Layout | None:
+def _layout_of_names(content: bytes, cells: list[bytes]) -> Layout | None:
     """The layout of a table whose columns a user has named: rows begin where there is one for these names."""
     shown = [decode(cell) for cell in cells]
     used = [k for k, name in enumerate(shown) if name not in ("", SKIPPED)]
