@@ -194,7 +194,7 @@ def _draw_values(inspection: Inspection, plot: Plot, plane: Plane) -> None:
     if mouse is not None and plot.is_read(mouse) and not inspection.drag:
         theta, label = plot.angle(mouse), ""
         drawing.line(plot.disc.points([theta, theta], [0.0, 1.0]), INK, 1.0 * scale)
-    values = inspection.read(theta)
+    values = plane.read(theta)
     x, y = plot.line(-1)
     label += f"{abs(math.degrees(theta)):.1f}\u00b0" + (" light's side" if theta < 0 else "")
     drawing.text(label, (x, y), TEXT * scale, INK)

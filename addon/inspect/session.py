@@ -121,8 +121,9 @@ class Session:
             name = published.parse_virtual_path(material.measured_brdf.filepath)
             source = "measured" if name is None else "published fit"
             measured = None if samples.result is None else Measurements(*samples.result, source)
-            changed |= measured is not inspection.samples and not _same(measured, inspection.samples)
-            inspection.samples = measured
+            if measured is not inspection.samples and not _same(measured, inspection.samples):
+                changed = True
+                inspection.show_samples(measured)
         if changed:
             self.redraw()
 
@@ -131,7 +132,7 @@ class Session:
         others = [_rectangle(each) for each in area.regions
                   if each.type != "WINDOW" and min(each.width, each.height) > 1]
         return place_plot(free_part(_rectangle(region), others), self.inspection.side,
-                      bpy.context.preferences.system.ui_scale)
+                          bpy.context.preferences.system.ui_scale)
 
     def frame(self) -> FloatArray | None:
         """The frame of the surface in the world; None without the object."""

@@ -7,6 +7,7 @@ same.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..methods import extrapolation
 from ..model import Reflectance
 from ..samples import Samples
 from .drawing import BACKGROUND, INK, LIGHT, Canvas, Color
-from .lobe import RADII, Radius, plane_curve
+from .lobe import RADII, Radius, evaluate_in_plane, plane_curve
 
 SIZE = 256                  # pixels of a picture, at a scale of 1
 DIM, FAINT = (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
@@ -53,17 +54,6 @@ class Pen(Protocol):
         """Draw text on a base line: its width, of which the share `align` lies left of `at`."""
 
 
-class Curve(NamedTuple):
-    """A fit in the plane: outgoing angles (n,), radians, negative on the light's side; values (n, k), 1/sr; a colour
-    for each of k; where it is extrapolated, (n,) bool; and samples, (m,) and (m, k), or None."""
-
-    theta: FloatArray
-    values: FloatArray
-    colors: Sequence[Color]
-    is_extrapolated: BoolArray
-    samples: tuple[FloatArray, FloatArray] | None = None
-
-
 class Plotted(NamedTuple):
     """A fit, the space of its colours, and how far its measurements go, as far as that is known."""
 
@@ -72,12 +62,68 @@ class Plotted(NamedTuple):
     reaches: Sequence[extrapolation.MeasuredDomain] = ()
 
 
-class Plane(NamedTuple):
-    """What is seen in a plane of incidence: the angle of the light, radians, the fits, and what radii are."""
+class Curve(NamedTuple):
+    """What is drawn of a fit: outgoing angles (n,), radians, negative on the light's side; values (n, k), 1/sr; a
+    colour for each of k; where it is extrapolated, (n,) bool; and samples, (m,) and (m, k), or None."""
 
+    theta: FloatArray
+    values: FloatArray
+    colors: Sequence[Color]
+    is_extrapolated: BoolArray
+    samples: tuple[FloatArray, FloatArray] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """What is seen in a plane of incidence. Fits are evaluated once, when that is asked for.
+
+    Attributes
+    ----------
+    fits : sequence of Plotted
+        One, of which the channels are drawn, or two, of which the luminance; or none.
+    theta_i, phi_i : float
+        Of the light, radians; of isotropic materials the azimuth does not matter.
+    samples : (m,) and (m, channels) float64, or None
+        Of the first fit, near the plane, as `samples_near_plane` returns them.
+    radius : {"cube root", "linear"}
+        What radii are of values.
+    """
+
+    fits: Sequence[Plotted]
     theta_i: float
-    curves: Sequence[Curve]
+    phi_i: float = 0.0
+    samples: tuple[FloatArray, FloatArray] | None = None
     radius: Radius = "cube root"
+
+    @cached_property
+    def evaluated(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Of each fit, as `plane_curve` returns it."""
+        return [plane_curve(each.fit, self.theta_i, self.phi_i) for each in self.fits]
+
+    @cached_property
+    def curves(self) -> list[Curve]:
+        """One of each fit."""
+        made = []
+        for number, (each, (theta, values)) in enumerate(zip(self.fits, self.evaluated, strict=True)):
+            colors = PAIR[number:number + 1] if len(self.fits) > 1 else _RGB if values.shape[1] == len(_RGB) else _GREY
+            near = None if self.samples is None or number else (self.samples[0], self._select(each, self.samples[1]))
+            is_extrapolated = extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta),
+                                                                   each.reaches)
+            made.append(Curve(theta, self._select(each, values), colors, is_extrapolated, near))
+        return made
+
+    def _select(self, plotted: Plotted, values: FloatArray) -> FloatArray:
+        """What is drawn of values of a fit, (n, channels): of one all channels, of two the luminance, (n, 1)."""
+        if len(self.fits) == 1:
+            return values
+        return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), plotted.colours), 0)[:, None]
+
+    def read(self, theta: float) -> list[tuple[Color, float]]:
+        """The values at an outgoing angle, 1/sr, in the colours that they are drawn in."""
+        values = [self._select(each, evaluate_in_plane(each.fit, self.theta_i, self.phi_i, np.array([theta])))[0]
+                  for each in self.fits]
+        return [(color, float(value)) for curve, row in zip(self.curves, values, strict=True)
+                for color, value in zip(curve.colors, row, strict=True)]
 
     @property
     def largest(self) -> float:
@@ -100,40 +146,10 @@ class Disc:
         return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
 
 
-def curves(fits: Sequence[Plotted], evaluated: Sequence[tuple[FloatArray, FloatArray]], theta_i: float,
-           samples: tuple[FloatArray, FloatArray] | None = None) -> list[Curve]:
-    """The curves of fits in the plane of incidence: of one its channels, of two their luminance.
-
-    Parameters
-    ----------
-    evaluated : sequence of (n,) and (n, channels) float64
-        Outgoing angles, radians, and the values of each fit there, as `plane_curve` returns them.
-    theta_i : float
-        Of the light, radians.
-    samples : (m,) and (m, channels) float64, optional
-        Near the plane, as `samples_near_plane` returns them: of the first fit.
-    """
-    made = []
-    for number, ((_, colours, reaches), (at, values)) in enumerate(zip(fits, evaluated, strict=True)):
-        near = samples if number == 0 else None
-        colors = _RGB if values.shape[1] == len(_RGB) else _GREY
-        if len(fits) > 1:
-            values, colors = _luminance(values, colours), PAIR[number:number + 1]
-            near = None if near is None else (near[0], _luminance(near[1], colours))
-        is_extrapolated = extrapolation.is_extrapolated_in_any(np.full(len(at), theta_i), np.abs(at), reaches)
-        made.append(Curve(at, values, colors, is_extrapolated, near))
-    return made
-
-
-def _luminance(values: FloatArray, space: str) -> FloatArray:
-    """The luminance, (n, 1) at least 0, of values in a colour space, (n, channels)."""
-    return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), space), 0)[:, None]
-
-
 def draw(pen: Pen, disc: Disc, plane: Plane) -> None:
-    """Draw a plane of incidence; without curves, its grid."""
+    """Draw a plane of incidence; without fits, its grid."""
     _draw_grid(pen, disc)
-    if not plane.curves:
+    if not plane.fits:
         return
     _draw_rings(pen, disc, plane)
     theta, scale = plane.theta_i, disc.scale
@@ -209,9 +225,8 @@ def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float,
         Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
     """
     near = None if samples is None else samples_near_plane(samples, theta_i, phi_i)
-    evaluated = [plane_curve(each.fit, theta_i, phi_i) for each in fits]
     canvas = Canvas(np.full((size, size, 4), BACKGROUND, dtype=np.float32))
-    draw(canvas, picture_disc(size), Plane(theta_i, curves(fits, evaluated, theta_i, near and near[:2])))
+    draw(canvas, picture_disc(size), Plane(fits, theta_i, phi_i, near and near[:2]))
     return canvas.picture, float("nan") if near is None else near[2]
 
 

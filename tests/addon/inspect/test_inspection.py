@@ -136,7 +136,7 @@ def test_another_fit_has_another_curve_and_other_values(inspected, parts):
 
 
 def values(inspected, theta):
-    return [value for _, value in inspected.read(theta)]
+    return [value for _, value in inspected.plane.read(theta)]
 
 
 # -- in Blender, without a window ------------------------------------------------------------------------------------
@@ -263,6 +263,7 @@ def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
     for how in ("line", "strokes"):
         monkeypatch.setattr(overlay.drawing, how, lambda points, *_, how=how: drawn.append((how, points)))
     monkeypatch.setattr(overlay.drawing, "text", lambda text, *_, **room: drawn.append(("text", text)) or 0)
+    running.release()                       # evaluates what was set
     plane = running.plane
     plane_plot._draw_curve(overlay.drawing, disc.disc, plane.curves[0], plane)
     for how, points in drawn:
@@ -310,7 +311,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     fits = [(queries.shown_fits(each), queries.reaches(each)) for each in (stage.item.active_material, other)]
     tasks.polar_plot(fits if is_pinned else fits[:1], object(), running.theta_i, running.phi_i)
     (viewport, picture) = drawn
-    assert viewport[0::2] == picture[0::2]
+    assert (viewport.theta_i, viewport.phi_i, viewport.radius) == (picture.theta_i, picture.phi_i, picture.radius)
     assert len(viewport.curves) == len(picture.curves) == 1 + is_pinned
     for one, other in zip(viewport.curves, picture.curves, strict=True):
         for ours, theirs in zip((*one[:2], one.is_extrapolated, *(one.samples or ())),
@@ -539,6 +540,6 @@ def test_the_add_on_registers_and_unregisters_without_a_graphics_card():
 
 
 def test_a_plot_that_is_drawn_again_evaluates_no_fit(inspected, monkeypatch):
-    drawn = inspected.plane
+    drawn = inspected.plane.curves
     monkeypatch.setattr(type(FIT), "evaluate", lambda *_: pytest.fail("evaluated again"))
-    np.testing.assert_array_equal(inspected.plane.curves[0].values, drawn.curves[0].values)
+    np.testing.assert_array_equal(inspected.plane.curves[0].values, drawn[0].values)

@@ -102,7 +102,7 @@ def test_a_mix_has_a_lobe_and_its_values_are_read(parts, mix):
     made.refresh()
     parts.queue.answer_all()
     made.refresh()
-    np.testing.assert_allclose([value for _, value in made.inspection.read(0.7)], BOTH, rtol=NEAR)
+    np.testing.assert_allclose([value for _, value in made.inspection.plane.read(0.7)], BOTH, rtol=NEAR)
     np.testing.assert_allclose(np.linalg.norm(made.inspection.lobe.vertices, axis=1), np.cbrt(BOTH.mean()), rtol=NEAR)
     assert made.inspection.shown.note == ""
 
@@ -115,7 +115,7 @@ def test_under_a_mask_the_lobe_is_that_of_the_spot(parts, mix):
         made.refresh()
         parts.queue.answer_all()
         made.refresh()
-        np.testing.assert_allclose([value for _, value in made.inspection.read(0.2)], expected, rtol=NEAR)
+        np.testing.assert_allclose([value for _, value in made.inspection.plane.read(0.2)], expected, rtol=NEAR)
         assert made.inspection.shown.note == note
 
 
