@@ -52,7 +52,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
 def _draw_choice(layout: bpy.types.UILayout, scene: bpy.types.Scene,
                  material: bpy.types.Material) -> bpy.types.Material | None:
     """Draw what the material is compared with, and return it."""
-    chosen, other = comparison.get(scene), comparison.pinned(scene, material)
+    chosen, other = comparison.get(scene), comparison.find_pinned(scene, material)
     parts = layout.split(factor=0.35)       # Blender cuts names of pointers
     parts.label(text=chosen.bl_rna.properties["pinned"].name)
     row = parts.row(align=True)

@@ -95,7 +95,7 @@ Nothing changes in this file"""
 
     def work(self, context: bpy.types.Context) -> Work:
         scene, target = not_none(context.scene), not_none(active_material(context))
-        other = comparison.pinned(scene, target)
+        other = comparison.find_pinned(scene, target)
         wanted = [target] if other is None else [target, other]
         self._keys, self._folder = [render_key(scene, each) for each in wanted], process.temporary()
         _write(Path(self._folder.name), scene, wanted, *self._keys[0][1:])

@@ -29,7 +29,7 @@ class MEASUREDBRDF_PT_look(MaterialPanel, bpy.types.Panel):
         chosen = comparison.get(scene)
         layout.row().prop(chosen, "shape", expand=True)
         layout.row().prop(chosen, "lighting", expand=True)
-        other = comparison.pinned(scene, material)
+        other = comparison.find_pinned(scene, material)
         wanted = [material] if other is None else [material, other]
         made = [renders[key] for each in wanted if (key := render_key(scene, each)) in renders]
         layout.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",

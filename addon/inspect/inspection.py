@@ -150,7 +150,7 @@ class Inspection:
     @property
     def curve(self) -> tuple[FloatArray, FloatArray] | None:
         """The material's fit in the plane of incidence: (k,) radians and (k, channels) 1/sr."""
-        return self.plane.evaluated[0] if self.plane.fits else None
+        return self.plane.plane_curves[0] if self.plane.fits else None
 
     def light(self) -> FloatArray:
         """The direction to the light in the frame of the surface, (3,)."""

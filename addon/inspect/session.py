@@ -189,7 +189,7 @@ def _displayed_fit(material: bpy.types.Material, job: Job[Reflectance] | None,
 
 
 def _pinned_fit(material: bpy.types.Material) -> InspectedSurface | None:
-    other = comparison.pinned(not_none(bpy.context.scene), material)
+    other = comparison.find_pinned(not_none(bpy.context.scene), material)
     return None if other is None else _displayed_fit(other, queries.fit_job(other), None)
 
 

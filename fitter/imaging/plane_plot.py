@@ -96,7 +96,7 @@ class Plane:
     radius: Radius = "cube root"
 
     @cached_property
-    def evaluated(self) -> list[tuple[FloatArray, FloatArray]]:
+    def plane_curves(self) -> list[tuple[FloatArray, FloatArray]]:
         """Of each fit, as `plane_curve` returns it."""
         return [plane_curve(each.fit, self.theta_i, self.phi_i) for each in self.fits]
 
@@ -104,7 +104,7 @@ class Plane:
     def curves(self) -> list[Curve]:
         """One of each fit."""
         made = []
-        for number, (each, (theta, values)) in enumerate(zip(self.fits, self.evaluated, strict=True)):
+        for number, (each, (theta, values)) in enumerate(zip(self.fits, self.plane_curves, strict=True)):
             colors = PAIR[number:number + 1] if len(self.fits) > 1 else _RGB if values.shape[1] == len(_RGB) else _GREY
             near = None if self.samples is None or number else (self.samples[0], self._select(each, self.samples[1]))
             is_extrapolated = extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta),

@@ -67,8 +67,8 @@ def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, o
     assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
     two.name = "renamed"
     cubes.active_material = one
-    assert comparison.pinned(scene, one) == two
-    assert comparison.pinned(scene, two) is None, "it is not compared with itself"
+    assert comparison.find_pinned(scene, one) == two
+    assert comparison.find_pinned(scene, two) is None, "it is not compared with itself"
 
 
 def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(cubes, one, two, comparison):
@@ -76,10 +76,10 @@ def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(c
     comparison.get(scene).pinned = two
     node = next(node for node in two.node_tree.nodes if node.type == "GROUP")
     two.node_tree.nodes.remove(node)
-    assert comparison.pinned(scene, one) is None
+    assert comparison.find_pinned(scene, one) is None
     bpy.data.materials.remove(two)
     assert comparison.get(scene).pinned is None
-    assert comparison.pinned(scene, one) is None
+    assert comparison.find_pinned(scene, one) is None
 
 
 def test_pinning_is_undone_and_saved(cubes, one, two, comparison, tmp_path):

@@ -182,7 +182,7 @@ def test_a_mix_is_compared_by_its_own_albedo(parts, mix):
                             ("Between Measured Angles", "good", "good")):
         place = texts.index(name)
         assert [text[3:] for text in texts[place + 1:place + 3]] == expected
-    assert parts.comparison.pinned(scene, dark) == mix
+    assert parts.comparison.find_pinned(scene, dark) == mix
 
 
 def test_a_mix_can_be_rendered_to_look_at_and_a_plain_material_cannot(parts, mix):
