@@ -91,11 +91,12 @@ def find(content: bytes, columns: str | None = None) -> Layout | None:
         first = line.start() if first < 0 else first
         if not _POLAR.search(line[0]) or not _are_names(cells):
             continue
-        if _has_rows(content, line.end(), len(cells), separator):
-            return _layout(content, line, cells, separator)
+        layout = _layout(content, line, cells, separator)
+        if _has_rows(content, layout):
+            return layout
         if line.start() == first and fallback is None:      # a table without rows, or with damaged ones
-            fallback = line, cells, separator
-    return None if fallback is None else _layout(content, *fallback)
+            fallback = layout
+    return fallback
 
 
 def _attempts(content: bytes, every: bool = False) -> Iterator[tuple[re.Match[bytes], bytes | None, list[bytes]]]:
@@ -122,25 +123,14 @@ def preview(content: bytes) -> tuple[list[str] | None, list[list[str]]] | None:
     >>> preview(b"a scan\nalpha;beta\n1;2\n3;4,5\n")
     (['alpha', 'beta'], [['1', '2'], ['3', '4,5']])
     """
-    before = current = None
     for line, separator, cells in _attempts(content):
-        before, current = (before if current is not None and current.start() == line.start() else current), line
         if 1 < len(cells) <= MOST_COLUMNS and all(map(is_cell, cells)):
-            return _rows_from(content, line, before, separator)
+            rows = [[*map(decode, split(row[0][:LONGEST], separator))]
+                    for row in islice(_lines(content, line.start()), _PREVIEWED)]
+            *_, before = b"", *(each[0] for each in _lines(content[:line.start()]))
+            heads = ([*map(decode, split(before, each))] for each in ([separator] if separator else [_WIDE, None]))
+            return next((names for names in heads if len(names) == len(rows[0])), None), rows
     return None
-
-
-def _rows_from(content: bytes, line: re.Match[bytes], before: re.Match[bytes] | None,
-               separator: bytes | None) -> tuple[list[str] | None, list[list[str]]]:
-    rows = [[decode(cell) for cell in split(row[0][:LONGEST], separator)]
-            for row in islice(_lines(content, line.start()), _PREVIEWED)]
-    heads = None
-    for candidate in ([separator] if separator else [_WIDE, None]) if before is not None else ():
-        cells = [decode(cell) for cell in split(before[0], candidate)] if before is not None else []
-        if len(cells) == len(rows[0]):
-            heads = cells
-            break
-    return heads, rows
 
 
 def split(line: bytes, separator: bytes | None) -> list[bytes]:
@@ -187,16 +177,13 @@ def _are_names(cells: list[bytes]) -> bool:
     return len(cells) > 2 or (not is_number(cells[1]) and any(names.value(name) is not None for name in shown))
 
 
-def _has_rows(content: bytes, start: int, count: int, separator: bytes | None) -> bool:
-    """Whether a row of so many cells, numbers or missing ones, follows at once, or after a line of units."""
-    for line in islice(_lines(content, start), 2):
-        cells = split(line[0][:LONGEST], None if separator == _WIDE else separator)
-        fits = len(cells) == count if separator in (None, _WIDE) else 0 < len(cells) <= count
-        if fits and sum(map(is_number, cells)) >= 2:
-            return True
-        if not _are_units(cells):
-            break
-    return False
+def _has_rows(content: bytes, layout: Layout) -> bool:
+    """Whether a row follows: of as many cells as there are names, or fewer where empty ones may be left out at its end;
+    two of them are numbers."""
+    row = next(_lines(content, layout.start), None)
+    cells = [] if row is None else split(row[0][:LONGEST], layout.separator)
+    fits = len(cells) == len(layout.names) if layout.separator is None else 0 < len(cells) <= len(layout.names)
+    return fits and sum(map(is_number, cells)) >= 2
 
 
 def _are_units(cells: list[bytes]) -> bool:
