@@ -240,20 +240,8 @@ def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: st
 
     From left to right the light's azimuth goes through a full turn; from bottom to top the outgoing angle goes from
     grazing on the light's side, through the normal, to grazing opposite the light. Cube roots of f cos theta_o are
-    shown, the largest of them as 1. Of an isotropic material all columns are equal.
-
-    Parameters
-    ----------
-    theta_i : float
-        Radians.
-    size : int
-        Pixels.
-    colours : str
-        One of `colours.COLOURS`: that of the fit.
-
-    Returns
-    -------
-    (size, size, 4) float32
+    shown, the largest of them as 1. Of an isotropic material all columns are equal. theta_i is in radians, the size in
+    pixels, the colours are one of `colours.COLOURS`; the picture is (size, size, 4) float32.
     """
     step = (np.arange(size) + 0.5) / size
     phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
