@@ -534,7 +534,7 @@ def film_compare(h):
 
 def drag_line(h):
     area = h.area("PROPERTIES")
-    middle, left, right = ((area.x + x, h.window.height - area.y - 297) for x in (125, 85, 165))
+    middle, left, right = ((area.x + x, h.window.height - area.y - 367) for x in (125, 85, 165))
     drag([*between(middle, right), *between(right, left), *between(left, middle)])
     film(h, 24, area)
 
