@@ -34,8 +34,8 @@ from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tile_size, tiled
 from .photographs.setup import measured
-from .quality import albedo, verdict
-from .quality.describe import describe
+from .quality import verdict
+from .quality.describe import describe, open_questions
 from .storage.files import replace_file
 
 BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
@@ -220,10 +220,9 @@ def _fit(options: argparse.Namespace) -> bool:
         rows += zip(samples.channels, channel_metrics(samples.values, fitted), strict=True)
     for name, errors in rows:
         say(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
-    judged, doubt = verdict.judge(samples, fit), albedo.implausibility_message(samples)
+    judged, doubts = verdict.judge(samples, fit), open_questions(samples)
     line = verdict.line(judged)
-    doubts = [doubt] if doubt else []
-    return _print_messages([line, *doubts], [line, *doubts] if verdict.match_message(judged).is_bad else doubts, "  ")
+    return _print_messages([line, *doubts], (line, *doubts) if verdict.match_message(judged).is_bad else doubts, "  ")
 
 
 def _print_messages(lines: Sequence[str], doubts: Sequence[str], indent: str = "") -> bool:
@@ -270,7 +269,7 @@ def _flat(options: argparse.Namespace) -> bool:
     return is_good
 
 
-def _report(options: argparse.Namespace) -> None:
+def _report(options: argparse.Namespace) -> bool:
     found, fits = [], report.ways(options.levels)
     samples = list(report.materials(options.files, **reading_arguments(options)))
     for number, each in enumerate(samples):
@@ -280,6 +279,8 @@ def _report(options: argparse.Namespace) -> None:
     report.write(found, options.out)
     for line in report.markdown(found).splitlines():
         say(line)
+    asked = [question for each in samples for question in open_questions(each)]
+    return _print_messages(asked, asked)
 
 
 def prepare_terminal() -> None:

@@ -159,7 +159,7 @@ def _render(options: argparse.Namespace) -> int:
         except (ValueError, RuntimeError) as error:
             rows.append(Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
         else:
-            rows.append(batch.row(item, "rendered"))
+            rows.append(batch.row(item, "rendered", made.questions))
             materials.remove(item)
     cli.show_progress(len(sources), max(len(sources), 1), "")
     return summary(rows, out)

@@ -1,7 +1,7 @@
 """What operators share that make materials of measurements: what the material is for, and one material per outcome."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -89,19 +89,21 @@ class MakesMaterials(HasTarget, InBackground):
                     sliders.move(made[-1], outcome.surface.edit)
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
-        judged = quality_summary(made[0].measured_brdf) if len(made) == 1 else None
-        told = f"{len(made)} materials; {len(failed)} files failed"
-        if judged is not None:
-            told = f"{made[0].name}: {judged.whole}"
+        judged = [(item.name, quality_summary(item.measured_brdf)) for item in made]
+        first, is_one = judged[0][1], len(made) == 1
+        told = f"{made[0].name}: {first.whole}" if is_one else f"{len(made)} materials; {len(failed)} files failed"
         how = rendered.advice(made[0], not_none(context.scene))
         # last, because it is the only change that is not taken back on an error
         if why := targets.assign_all(self.all_targets(), made[0]):
             made[0].use_fake_user = True
             self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
-        for said in (*failed, *(outcome.doubt for _, _, outcome, _ in prepared if not isinstance(outcome, Exception))):
-            if str(said):
-                self.report({"WARNING"}, str(said))
-        self.report({"INFO" if judged is None else judged.level}, f"{told}. {how}" if how else told)
+        for error in failed:
+            self.report({"WARNING"}, str(error))
+        for name, summary in judged:
+            if summary.is_bad and not is_one:
+                self.report({"WARNING"}, f"{name}: {summary.line}")
+        report_questions(self, (outcome for _, _, outcome, _ in prepared if not isinstance(outcome, Exception)))
+        self.report({first.level if is_one else "INFO"}, f"{told}. {how}" if how else told)
         if self.options.is_invoke:
             show_first(context, made)
 
@@ -171,6 +173,13 @@ def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_samp
             row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
             row.prop(operator, name)
     draw_reading(layout, operator, path)
+
+
+def report_questions(operator: bpy.types.Operator, outcomes: Iterable[Outcome]) -> None:
+    """Report what is to be asked about measurements as warnings."""
+    for outcome in outcomes:
+        for question in outcome.questions:
+            operator.report({"WARNING"}, question)
 
 
 def show_first(context: bpy.types.Context, made: Sequence[bpy.types.Material]) -> None:

@@ -230,7 +230,7 @@ def _finish(samples: fitter.Samples, measured: Measurement, fitting: Fitted, mad
             edit: Arguments) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.judge(samples, fitting.fit, fitting.unseen),
-                   _surface(made, measured.colours, edit), albedo.implausibility_message(samples))
+                   _surface(made, measured.colours, edit), describe.open_questions(samples))
 
 
 def adjusted(kept: EmbeddedFit, edit: Arguments) -> Surface:

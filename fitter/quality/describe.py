@@ -91,8 +91,7 @@ class Description:
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]
         rows += [("Angles", question, True) for question in self.questions]
-        # what reading asks is a warning
-        return rows + [("Read", note, note.endswith("?")) for note in self.notes]
+        return rows + [("Read", note, _is_question(note)) for note in self.notes]
 
 
 def describe(samples: Samples) -> Description:
@@ -112,6 +111,17 @@ def describe(samples: Samples) -> Description:
                        albedo.estimate(samples), samples.notes,
                        None if samples.isotropic else rotations(samples.theta_i, samples.phi_i),
                        conventions.questions(samples))
+
+
+def open_questions(samples: Samples) -> tuple[str, ...]:
+    """What is to be asked about measurements before a fit of them is believed, each with their name: of the light that
+    they reflect (`albedo`), of their directions (`conventions`), and what reading them asked."""
+    asked = (*conventions.questions(samples), *filter(_is_question, samples.notes))
+    return tuple(filter(None, (albedo.implausibility_message(samples), *(f"{samples.name}: {each}" for each in asked))))
+
+
+def _is_question(note: str) -> bool:
+    return note.endswith("?")
 
 
 def _floats(values: FloatArray) -> tuple[float, ...]:

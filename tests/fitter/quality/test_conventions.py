@@ -7,7 +7,7 @@ import pytest
 
 import fitter
 from fitter import Samples, cli
-from fitter.formats import list_samples
+from fitter.formats import list_samples, saved_samples
 from fitter.quality.conventions import questions
 from support.checkout import measurements
 
@@ -39,6 +39,18 @@ def test_what_a_glossy_surface_betrays(name):
     assert question.endswith(MIRROR)
     (question,) = questions(as_elevations(samples))
     assert ELEVATION in question
+
+
+@pytest.mark.parametrize(("change", "asked"), [(from_mirror, MIRROR), (as_elevations, ELEVATION)])
+def test_what_is_asked_of_directions_is_asked_of_a_fit_that_matches_them(cornell, tmp_path, capsys, change, asked):
+    path = tmp_path / "turned.npz"
+    saved_samples.write(change(cornell("garnet_red_RGB")), path)
+    assert cli.main(["fit", str(path), "-o", str(tmp_path / "fit.npz"), "--preset", "Draft"]) == cli.BAD
+    told = capsys.readouterr().out
+    assert "Matches the measurements: poor" not in told
+    (line,) = [line for line in told.splitlines() if line.endswith("(!)")]
+    assert asked in line
+    assert line.startswith("  Garnet Red: ")
 
 
 @pytest.mark.parametrize("folder", ["cornell", "goniometer", "rgl"])
