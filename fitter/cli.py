@@ -24,19 +24,18 @@ from .colours import COLOURS
 from .colours import DEFAULT_COLOURS as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .errors import printable
-from .formats import KNOWN_FILES, list_samples, reading, saved_samples
+from .formats import KNOWN_FILES, list_files, list_samples, reading, saved_samples
 from .methods import METHODS
 from .model.published import parse_virtual_path
-from .photographs import flat_maps
+from .photographs import capture_setup, flat_maps
 from .photographs.ball_advice import advice, left_out
-from .photographs.capture_setup import read
 from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tile_size, tiled
 from .photographs.setup import measured
 from .quality import verdict
 from .quality.describe import describe, open_questions
-from .storage.files import replace_file
+from .storage.files import check_not_read, replace_file
 
 BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
 _NOT_GIVEN = object()       # None means plain MBA
@@ -201,6 +200,7 @@ def _describe_fit(fit: Fit) -> None:
 
 
 def _fit(options: argparse.Namespace) -> bool:
+    check_not_read(options.out, list_files(options.file))
     arguments: dict[str, Any] = {**PRESETS[options.preset], **level_arguments(options)}
     if options.method is not None:
         arguments["method"] = options.method
@@ -233,6 +233,7 @@ def _print_messages(lines: Sequence[str], doubts: Sequence[str], indent: str = "
 
 
 def _bake(options: argparse.Namespace) -> None:
+    check_not_read(options.out, [options.file])
     source = bake(Fit.load(options.file))
     with replace_file(options.out, "w") as stream:
         stream.write(source)
@@ -240,7 +241,9 @@ def _bake(options: argparse.Namespace) -> None:
 
 
 def _photographs(options: argparse.Namespace) -> bool:
-    samples, photographs, doubts = measured(read(options.file))
+    setup = capture_setup.read(options.file)
+    check_not_read(options.out, capture_setup.list_files(setup))
+    samples, photographs, doubts = measured(setup)
     saved_samples.write(samples, options.out)
     others = left_out(photographs)
     say(samples.name)
@@ -251,7 +254,9 @@ def _photographs(options: argparse.Namespace) -> bool:
 
 
 def _flat(options: argparse.Namespace) -> bool:
-    sample = flat(read(options.file))
+    setup = capture_setup.read(options.file)
+    flat_maps.check_folder(options.out)
+    sample = flat(setup)
     fits: list[Fit] | int | None = sample.number
     if sample.materials:
         materials = [Fit.load(path) if saved_samples.is_another(path) else load(path) for path in sample.materials]

@@ -204,16 +204,20 @@ def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
     return any(known.read_with is not None and known.read_with(path) in files for known in FORMATS)
 
 
+def list_files(path: str | Path) -> list[Path]:
+    """A file of measurements, and those that `load` reads with it."""
+    path = Path(path)
+    known = next((known for known in FORMATS if known.files_of and path.suffix.lower() in known.extensions), None)
+    others = [] if known is None or known.files_of is None else [each for each in known.files_of(path) if each != path]
+    return [path, *others]
+
+
 def time_and_size(path: str | Path) -> tuple[int, int] | None:
     """Tells measurements from former ones in the same file: `files.time_and_size` of it and of all that `load` reads
     with it, the latest time and the sum of their bytes. None if it is not there.
     """
-    path = Path(path)
-    known = next((known for known in FORMATS if known.files_of and path.suffix.lower() in known.extensions), None)
-    others = [] if known is None or known.files_of is None else [each for each in known.files_of(path) if each != path]
-    own = files.time_and_size(path)
-    stamps = [own, *map(files.time_and_size, others)]
-    times, sizes = zip(*filter(None, stamps), strict=True) if own else ((), ())
+    own, *others = map(files.time_and_size, list_files(path))
+    times, sizes = zip(*filter(None, (own, *others)), strict=True) if own else ((), ())
     return (max(times), sum(sizes)) if own else None
 
 

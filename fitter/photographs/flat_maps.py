@@ -5,6 +5,7 @@ report. The normal
 map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
 """
 
+import re
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from ..arrays import FloatArray
 from ..errors import DatasetError, printable
 from ..quality.physics import directional_albedo
 from ..quality.verdict import prediction_message
-from ..storage.files import replace_folder
+from ..storage.files import others_files, replace_folder
 from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
 from .flat_judging import contradictions, turned_lamps
@@ -24,6 +25,7 @@ from .flat_photograph import FlatPhotograph, observed
 from .picture_files import NEEDED
 from .scale import ANGLES, too_bright
 
+_WRITTEN = re.compile(r"mask-\d+\.png|material-\d+\.npz|normal\.png|report\.txt")
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
 _LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
@@ -158,6 +160,13 @@ def reflected(maps: Maps) -> FloatArray:
     weights = maps.weights[evenly(height, width, _WEIGHED)].reshape(-1, count)
     shares = np.stack(np.broadcast_arrays(*(directional_albedo(fit, ANGLES) for fit in maps.fits)))
     return np.asarray(np.median(np.einsum("nm,mac->nac", weights, shares), axis=0))
+
+
+def check_folder(folder: str | Path) -> None:
+    """Raise DatasetError if `write` would replace files in a folder that it has not written."""
+    if others := others_files(Path(folder), _WRITTEN):
+        raise DatasetError(f"{', '.join(others)}: not written by an earlier run, or changed since; move what is to be "
+                           "replaced away, or choose another folder", folder)
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:

@@ -90,6 +90,24 @@ def test_one_photograph_many_times_is_told(flat, run):
     assert "7 of 8 photographs repeat the picture of another one, lamp1.exr for one" in doubts[0]
 
 
+def test_what_is_read_or_is_somebody_elses_is_not_written_over(flat, ball, tmp_path, capsys):
+    for name in (ball.name, "lamp1.exr", "card.exr"):
+        before = ball.with_name(name).read_bytes()
+        assert cli.main(["photographs", str(ball), "-o", str(ball.with_name(name))]) == 1
+        assert f"{name}: is read, and would be replaced" in capsys.readouterr().err
+        assert ball.with_name(name).read_bytes() == before
+    command, mine = ["flat", str(described(flat)), "-o", str(tmp_path)], tmp_path / "mask-2.png"
+    mine.write_text("drawn by hand")
+    assert cli.main(command) == 1
+    assert f"{tmp_path}: mask-2.png: not written by an earlier run, or changed since" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mask-2.png"]
+    mine.unlink()
+    assert cli.main(command) == cli.main(command) == 0
+    mine.write_text("painted over")
+    assert cli.main(command) == 1
+    assert mine.read_text() == "painted over"
+
+
 def test_a_flat_sample_that_reflects_more_than_it_gets_is_told(flat, run):
     """Millimetres for metres: the maps are as good as ever."""
     places = [[round(float(x), 3) for x in place] for place in flat_files.corners()]
