@@ -247,8 +247,8 @@ def _photographs(options: argparse.Namespace) -> bool:
     saved_samples.write(samples, options.out)
     others = left_out(photographs)
     say(samples.name)
-    is_good = _print_messages([*samples.notes, *([others.words] if others else []), *advice(samples)],
-                              [*doubts, *([others.words] if others and others.is_bad else [])], "  ")
+    is_good = _print_messages([*samples.notes, others.words, *advice(samples)],
+                              [*doubts, *([others.words] if others.is_bad else [])], "  ")
     say(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
     return is_good
 

@@ -159,7 +159,8 @@ def test_what_is_read_is_not_written_over(file, tmp_path, capsys):
     saved = tmp_path / "fit.npz"
     fitter.fit(fitter.load(file), 1, None).save(saved)
     for command, read, out, more in (("fit", file, file, ()), ("fit", file, tmp_path / "link.npz", ()),
-                                     ("fit", tmp_path / "abrdf.dat", beside, ("--sample", "felt")), ("bake", saved, saved, ())):
+                                     ("fit", tmp_path / "abrdf.dat", beside, ("--sample", "felt")),
+                                     ("bake", saved, saved, ())):
         before = out.read_bytes()
         assert cli.main([command, str(read), "-o", str(out), *more]) == 1
         assert f"{out}: is read, and would be replaced" in capsys.readouterr().err

@@ -173,6 +173,23 @@ def test_a_ball_is_judged_in_the_same_words(ball, run):
     assert not doubts
 
 
+def test_a_ball_is_judged_by_a_photograph_that_others_surround_whatever_their_order(openimageio, paints, run, tmp_path):
+    """Nobody knows what is beyond the largest phase angle."""
+    scenes = [ball_scene.at_phase(angle, turn=50 * k) for k, angle in enumerate((15, 70, 130, 100, 40))]
+    code, lines, _ = run("photographs", ball_files.write(tmp_path / "ball", paints[0], scenes))
+    assert (code, predicted(lines)[1]) in [(0, "excellent"), (0, "good")]
+    assert any(line.startswith("  Without lamp2.exr, ") for line in lines)
+
+
+@pytest.mark.parametrize("command", ["flat", "photographs"])
+def test_two_photographs_say_that_they_are_not_judged(flat, paints, run, tmp_path, command):
+    path = (described(flat, names=NAMES[:2], lamps=LAMPS[:2], texels=6) if command == "flat" else
+            ball_files.write(tmp_path / "ball", paints[0], [ball_scene.at_phase(angle) for angle in (15, 70)]))
+    code, lines, doubts = run(command, path)
+    assert (code, doubts) == (0, [])
+    assert len([line for line in lines if "described rightly is not judged: two others" in line]) == 1
+
+
 def test_a_ball_with_lamps_elsewhere_is_not_predicted(ball, run):
     """By 10 degrees: lamps that are farther off are refused, because the ball's lit edge is elsewhere."""
     random, lines = np.random.default_rng(0), []

@@ -13,6 +13,7 @@ import fitter
 from fitter import cli
 from fitter.photographs import capture_setup, picture_files, setup
 from fitter.photographs.picture_files import read_picture
+from fitter.quality.verdict import UNPREDICTED
 from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
 
@@ -50,7 +51,7 @@ def test_photographs_of_files_measure_the_material(written):
 @pytest.fixture
 def short_command(monkeypatch):
     """The command neither judges photographs nor advises, which takes fits."""
-    monkeypatch.setattr(cli, "left_out", lambda _: None)
+    monkeypatch.setattr(cli, "left_out", lambda _: UNPREDICTED)
     monkeypatch.setattr(cli, "advice", lambda _: [])
 
 
