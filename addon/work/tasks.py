@@ -405,7 +405,8 @@ def digest(samples: fitter.Samples) -> str:
     """
     header = *samples.channels, samples.colours, "isotropic" if samples.isotropic else "anisotropic"
     if samples.subsurface is not None:
-        header += tuple(f"{name} {np.round(value, 6)}" for name, value in vars(samples.subsurface).items())
+        header += tuple(f"{name} {each:.12e}" for name, values in vars(samples.subsurface).items()
+                        for each in np.ravel(values))
     content = hashlib.sha256("\n".join(header).encode())
     for angle in samples.directions:
         for start in range(0, len(angle), _CHUNK):
@@ -415,7 +416,9 @@ def digest(samples: fitter.Samples) -> str:
         for start in range(0, len(array), _CHUNK):
             part = array[start:start + _CHUNK]
             mantissa, exponent = np.frexp(np.where(np.abs(part) > least, part, 0.0))
-            content.update(np.round(mantissa * 2 ** _BITS).astype("<i4").tobytes())
+            # again, because what lies just below a power of two is rounded to it
+            mantissa, exponent = np.frexp(np.ldexp(np.round(np.ldexp(mantissa, _BITS)), exponent - _BITS))
+            content.update(np.ldexp(mantissa, _BITS).astype("<i4").tobytes())
             content.update(exponent.astype("<i2").tobytes())
     return content.hexdigest()[:32]
 
