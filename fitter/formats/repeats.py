@@ -10,6 +10,7 @@ _PRIOR_COUNT = 3                # further measurements of each pair of direction
 _ALIKE, _MOST_BINS = 10, 10     # pairs in a bin of brightness, and bins
 _DARK = 1e-3                    # of the mean: scatter is relative to no less
 _APART = 3.0                    # times the least of one pair that its largest is, which is no noise any more
+_SCATTERED = 0.3                # relative standard deviation of half of the bright pairs, which is none either
 
 
 def averaged(directions: FloatArray, values: FloatArray,
@@ -39,7 +40,10 @@ def averaged(directions: FloatArray, values: FloatArray,
     pairs = f"{several.sum():,} pair{'s' if several.sum() > 1 else ''} of directions"
     note = f"{pairs} measured more than once: averaged, with a scatter of {scatter:.2g} %"
     as_written = np.argsort(first)
-    return directions[first[as_written]], mean[as_written], deviation[as_written], (note, *_differing(values, group))
+    bright = several & (size >= np.median(size[several]))
+    usual = float(np.sqrt(np.median(squares[bright] / (count[bright] - 1))))
+    return (directions[first[as_written]], mean[as_written], deviation[as_written],
+            (note, *(_differing(values, group) or _scattered(usual))))
 
 
 def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
@@ -57,6 +61,11 @@ def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
     count = int(apart.sum())
     return (f"The values of {count:,} pair{'s' * (count > 1)} of directions differ by a factor of up to "
             f"{times.max():,.3g}: is one of another sample, or in another unit?",)
+
+
+def _scattered(usual: float) -> tuple[str, ...]:
+    return (f"Half of the bright ones scatter by {usual:.0%} or more: are several samples in one table?",) * (
+        usual > _SCATTERED)
 
 
 def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatArray:

@@ -142,3 +142,11 @@ def test_noise_of_dark_directions_is_no_factor_of_three(tmp_path, random):
     notes = fitter.load(table(tmp_path, rows)).notes
     assert any("measured more than once" in note for note in notes)
     assert not any("factor" in note for note in notes)
+
+
+@pytest.mark.parametrize(("other", "asked"), [(1.2, 0), (2.5, 1)])
+def test_two_samples_in_one_table_are_asked_about(tmp_path, other, asked):
+    """Also where they differ by less than any threefold."""
+    rows = [(i, o, p, times * 0.1) for i in (10, 40) for o in (0, 30, 60) for p in (0, 90, 180) for times in (1, other)]
+    notes = [note for note in fitter.load(table(tmp_path, rows)).notes if note.endswith("several samples in one table?")]
+    assert len(notes) == asked

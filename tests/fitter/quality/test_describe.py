@@ -12,7 +12,7 @@ import fitter
 from fitter.cycles.principled import albedo
 from fitter.imaging import pictures, studio
 from fitter.imaging.plane_plot import Plotted
-from fitter.quality.describe import describe
+from fitter.quality.describe import describe, open_questions
 
 
 def vector(theta, phi):
@@ -231,3 +231,14 @@ def test_it_says_from_which_angle_on_a_fit_is_a_guess(degrees, guessed):
     theta = np.radians(np.linspace(0, degrees, 20))
     description = describe(fitter.Samples(0.5 * theta, 0 * theta, theta, 0 * theta, np.ones((20, 1))))
     assert {label: text for label, text, _ in description.rows()}.get("Guessed") == guessed
+
+
+@pytest.mark.parametrize(("values", "asked"), [
+    (np.array([[0.0, 0.1, 0.2], [0.0, 0.2, 0.1]]), "No value of R is above 0: was it measured?"),
+    (np.array([[-999.0, 0.1, 0.2], [0.1, 0.2, 0.1]]), "Values down to -999 / sr, farther below 0 than any is above: do "
+                                                      "they mark what was not measured?"),
+    (np.array([[-0.05, 0.1, 0.2], [0.1, 0.2, 0.1]]), None)], ids=["dead channel", "mark", "noise"])
+def test_values_that_were_not_measured_are_asked_about_before_and_after_a_fit(values, asked):
+    samples = fitter.Samples([0.1, 0.6], [0, 0], [0.5, 0.2], [0, 3], values, ("R", "G", "B"), "scan")
+    assert [row for row in describe(samples).rows() if row[0] == "Values"] == [("Values", asked, True)] * bool(asked)
+    assert open_questions(samples) == (f"scan: {asked}",) * bool(asked)
