@@ -127,11 +127,11 @@ def open_questions(samples: Samples) -> tuple[str, ...]:
 def _value_questions(samples: Samples) -> tuple[str, ...]:
     lowest, highest = samples.values.min(axis=0), samples.values.max(axis=0)
     dark = [name for name, most in zip(samples.channels, highest, strict=True) if most <= 0]
-    found = (f"No value of {' and '.join(dark)} is above 0: was it measured?",) if dark else ()
+    found = [f"No value of {' and '.join(dark)} is above 0: was it measured?"] if dark else []
     if -lowest.min() > highest.max():       # noise around 0 goes as far up
-        found += (f"Values down to {lowest.min():.4g} / sr, farther below 0 than any is above: do they mark what was not "
-                  "measured?",)
-    return found
+        found.append(f"Values down to {lowest.min():.4g} / sr, farther below 0 than any is above: do they mark what "
+                     "was not measured?")
+    return tuple(found)
 
 
 def _is_question(note: str) -> bool:

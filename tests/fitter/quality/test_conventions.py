@@ -147,6 +147,6 @@ def test_noise_of_dark_directions_is_no_factor_of_three(tmp_path, random):
 @pytest.mark.parametrize(("other", "asked"), [(1.2, 0), (2.5, 1)])
 def test_two_samples_in_one_table_are_asked_about(tmp_path, other, asked):
     """Also where they differ by less than any threefold."""
-    rows = [(i, o, p, times * 0.1) for i in (10, 40) for o in (0, 30, 60) for p in (0, 90, 180) for times in (1, other)]
-    notes = [note for note in fitter.load(table(tmp_path, rows)).notes if note.endswith("several samples in one table?")]
-    assert len(notes) == asked
+    rows = [(i, o, p, each) for i in (10, 40) for o in (0, 30, 60) for p in (0, 90, 180) for each in (0.1, 0.1 * other)]
+    notes = fitter.load(table(tmp_path, rows)).notes
+    assert len([note for note in notes if note.endswith("several samples in one table?")]) == asked
