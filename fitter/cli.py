@@ -211,6 +211,8 @@ def _fit(options: argparse.Namespace) -> bool:
     seconds = time.perf_counter() - start
     fit.save(options.out)
     _describe_fit(fit)
+    if options.sample is None and (several := list_samples(options.file, options.columns)):
+        say(f"  the first of {len(several)} samples in the file; --sample chooses another")
     for change in fit.changes:
         say(f"  {change}")
     say(f"  fitted in {seconds:.3f} s")
