@@ -8,14 +8,14 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, FloatVectorProperty, PointerProperty
 
-from ...fitter.model.edit import COAT_WIDTHS, WIDTHS
+from ...fitter.model.edit import COAT_WIDTHS, WIDTH_BOUNDS
 from ..core.annotations import Arguments
 from ..core.storage import edits
 
 ADJUSTMENTS = ("diffuse_gain", "diffuse_tint", "highlight_gain", "highlight_tint", "highlight_width", "coat",
                "coat_roughness")
 _LEAST_ROUGHNESS = COAT_WIDTHS[0] ** 0.5
-_DIGITS = 6                 # of arguments: single precision has no more
+_ARGUMENT_DIGITS = 6        # of arguments: single precision has no more
 
 listeners: list[Callable[[bpy.types.Material], object]] = []
 """Called with a material when one of its adjustments has been changed."""
@@ -42,7 +42,7 @@ class MeasuredAdjustments(bpy.types.PropertyGroup):
         name="Highlight Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_changed,
         description="Colour by which the highlight is multiplied")
     highlight_width: FloatProperty(
-        name="Highlight Width", default=1, min=WIDTHS[0], max=WIDTHS[1], update=_changed,
+        name="Highlight Width", default=1, min=WIDTH_BOUNDS[0], max=WIDTH_BOUNDS[1], update=_changed,
         description="Above 1 roughens: the highlight becomes wider and less bright. Below 1 sharpens. It reflects as "
                     "much light as before")
     coat: FloatProperty(
@@ -66,12 +66,13 @@ def edit_arguments(material: bpy.types.Material) -> Arguments:
 def arguments_of(settings: Any) -> Arguments:
     """The keyword arguments of `fitter.edited` that `MeasuredAdjustments`, or what has their values, ask for."""
     wanted = {
-        "diffuse": tuple(round(settings.diffuse_gain * value, _DIGITS) for value in settings.diffuse_tint),
-        "highlight": tuple(round(settings.highlight_gain * value, _DIGITS) for value in settings.highlight_tint),
-        "width": round(settings.highlight_width, _DIGITS)}
+        "diffuse": tuple(round(settings.diffuse_gain * value, _ARGUMENT_DIGITS) for value in settings.diffuse_tint),
+        "highlight": tuple(round(settings.highlight_gain * value, _ARGUMENT_DIGITS)
+                           for value in settings.highlight_tint),
+        "width": round(settings.highlight_width, _ARGUMENT_DIGITS)}
     if settings.coat != 0:              # what is not a number is refused by `fitter.edited`, as elsewhere
-        wanted |= {"coat": round(settings.coat, _DIGITS),
-                   "coat_width": max(round(settings.coat_roughness ** 2, _DIGITS), COAT_WIDTHS[0])}
+        wanted |= {"coat": round(settings.coat, _ARGUMENT_DIGITS),
+                   "coat_width": max(round(settings.coat_roughness ** 2, _ARGUMENT_DIGITS), COAT_WIDTHS[0])}
     neutral: Arguments = {"diffuse": (1, 1, 1), "highlight": (1, 1, 1), "width": 1}
     return {name: _shortest(value) for name, value in wanted.items() if value != neutral.get(name)}
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 COLOUR, ROUGHNESS, METALLIC, NORMAL = "Base Color", "Roughness", "Metallic", "Normal"
 _JUDGED = 3                 # rows and columns of texels that are compared with the fits
-_LEVEL = 0.5                # the specular level of programs that have none
+_DEFAULT_LEVEL = 0.5        # the specular level of programs that have none
 
 
 class Maps(NamedTuple):
@@ -80,7 +80,7 @@ def _fitted(material: bpy.types.Material) -> dict[str, Any]:
 def _error(material: bpy.types.Material, node: bpy.types.Node, found: export_surface.Evaluated,
            pictures: dict[str, FloatArray], place: tuple[int, int]) -> float:
     inputs = Principled(pictures[COLOUR][place], float(pictures[ROUGHNESS][place][0]),
-                        float(pictures[METALLIC][place][0]), _LEVEL)
+                        float(pictures[METALLIC][place][0]), _DEFAULT_LEVEL)
     return difference(_fit_at_texel(material, node, found, place), inputs, _there(found.tint, place))
 
 

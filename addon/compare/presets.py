@@ -62,7 +62,7 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
 def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _PresetRow:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
-        return _PresetRow(0, kept, costs.UNKNOWN, False)
+        return _PresetRow(0, kept, costs.UNKNOWN_ROW, False)
     arguments: Arguments = {**PRESETS[name]}
     settings = material.measured_brdf
     is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
@@ -78,7 +78,8 @@ def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflect
 
 def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _PresetRow, scale: float, can_choose: bool) -> None:
     column = layout.column(align=True)
-    column.enabled = name != ORIGINAL or shown.numbers != costs.UNKNOWN     # its error is known before it can be chosen
+    # its error is known before it can be chosen
+    column.enabled = name != ORIGINAL or shown.numbers != costs.UNKNOWN_ROW
     icon: Literal["CHECKMARK", "NONE"] = "CHECKMARK" if shown.is_chosen else "NONE"
     if can_choose and shown.icon:
         picture_button(column, _FIT, shown.icon, scale).preset = name
@@ -89,7 +90,7 @@ def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _PresetRow, scale
     else:
         column.label(text=_LABELS[name], icon=icon)
     for form, text in zip(_FORMS, shown.numbers, strict=True):
-        column.label(text="" if text in (*costs.UNKNOWN, *costs.FAILED) else form.format(text))
+        column.label(text="" if text in (*costs.UNKNOWN_ROW, *costs.FAILED_ROW) else form.format(text))
 
 
 classes = (MEASUREDBRDF_PT_compare,)

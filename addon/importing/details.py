@@ -15,7 +15,7 @@ from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_
 from ..work import queries
 from . import fit
 
-_ERRORS = ("Nodes", node_group.NODES_ERROR), ("EEVEE", node_group.EEVEE_ERROR)
+_ERROR_ROWS = ("Nodes", node_group.NODES_ERROR), ("EEVEE", node_group.EEVEE_ERROR)
 
 
 class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
@@ -108,7 +108,7 @@ def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     known += [("Coefficients", f"{settings.coefficients:,}"), ("Storage", f"{settings.bytes:,} bytes")]
     if size := node_group.bytes_in_file(tree):
         known.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
-    known.append(("Highlight Error", ", ".join(f"{name} {tree[error]:.1%}" for name, error in _ERRORS)))
+    known.append(("Highlight Error", ", ".join(f"{name} {tree[error]:.1%}" for name, error in _ERROR_ROWS)))
     if is_judged:
         known.append(("Fitted in", f"{settings.seconds:.2f} s"))
     if materials.tangent_input(material) is not None:

@@ -32,7 +32,7 @@ from ..work.command import Row, quiet, report_of, summary
 from ..work.discovery import Failure, Source, passed_over, sources_in
 from . import batch
 
-_TOLERANCE = 0.05           # where it is not used
+_DEFAULT_TOLERANCE = 0.05   # where it is not used
 
 
 def add(commands: Any) -> None:
@@ -92,7 +92,7 @@ def _choices(options: argparse.Namespace) -> Choices:
     for name, value in cli.level_arguments(options).items():
         setattr(choices, name, NO_SPECULAR_LEVEL if value is None else value)
     choices.use_tolerance = options.tolerance is not None
-    choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
+    choices.tolerance = options.tolerance if choices.use_tolerance else _DEFAULT_TOLERANCE
     choices.rendering = options.rendering
     use_reading(choices, cli.reading_arguments(options))
     return choices

@@ -27,14 +27,14 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         tree = not_none(mixed.node_tree)
         tree.nodes.clear()
         node, _ = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
-        node.inputs[mix_group.FACTOR].default_value = factor
+        node.inputs[mix_group.FACTOR_INPUT].default_value = factor
         for each in tree.nodes:
             each.select = each == node
         tree.nodes.active = node
         if mask is not None:
             picture = tree.nodes.new("ShaderNodeTexImage")
             picture.image, picture.location = mask, (node.location.x - 320, node.location.y)
-            tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR])
+            tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR_INPUT])
         mixed.cycles.use_bump_map_correction = False
         weights = np.array([1 - factor, factor])
         mixed.diffuse_color = weights @ np.array([item.diffuse_color for item in (first, second)])
@@ -61,7 +61,7 @@ class Mixes(mixing.Mixes):
 
     @staticmethod
     def factor(node: bpy.types.Node) -> bpy.types.NodeSocket:
-        return node.inputs[mix_group.FACTOR]
+        return node.inputs[mix_group.FACTOR_INPUT]
 
     def changed(self, material: bpy.types.Material) -> None:
         waiting, seen = [material], {material}

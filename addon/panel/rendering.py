@@ -99,7 +99,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
             layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
         if below := rendered.below_surface(material, scene):
             draw_wrapped(layout, below, "INFO")
-            layout.prop(not_none(materials.surface_node(material)).inputs[node_group.SCALE], "default_value",
+            layout.prop(not_none(materials.surface_node(material)).inputs[node_group.SCALE_INPUT], "default_value",
                         text="Metres per Unit")
         findings = checks.check(scene, material)
         if not findings:

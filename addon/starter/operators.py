@@ -28,7 +28,7 @@ from . import shelf, starter, work
 _TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"Materials with the tag {tag}")
                                                      for tag in shelf.tags()))
 
-_WINDOWS = (("AUTO", "Find Out", "Where the light suits the photograph best"),
+_WINDOW_ITEMS = (("AUTO", "Find Out", "Where the light suits the photograph best"),
             *((name.upper(), name.capitalize(), f"A window: {name}") for name in WINDOWS))
 
 
@@ -155,7 +155,7 @@ above the library"""
     path_name = "filepath"
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg", options={"HIDDEN"})
-    window: EnumProperty(name="Light", items=_WINDOWS, default="AUTO",
+    window: EnumProperty(name="Light", items=_WINDOW_ITEMS, default="AUTO",
                          description="Where the window is that the ball was photographed by")
 
     def draw(self, _context: bpy.types.Context) -> None:
@@ -216,7 +216,7 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
 
     def apply(self, context: bpy.types.Context, result: dict[str, Any]) -> None:
         starter.offer(context, Path(result["path"]))
-        self.report({"INFO"}, f"The Asset Browser has the library {starter.NAME}")
+        self.report({"INFO"}, f"The Asset Browser has the library {starter.LIBRARY_NAME}")
 
 
 classes = (MeasuredShelf, MEASUREDBRDF_OT_match_photograph, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_favourite,

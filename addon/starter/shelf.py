@@ -25,16 +25,16 @@ from . import thumbnails
 
 ALL = "all"
 _PACKAGE = __package__.rpartition(".addon")[0]
-_RECHECK = 2.0              # s, after which a folder is scanned again
+_RESCAN = 2.0               # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
-_KEPT = 600                 # icons
+_KEPT_ICONS = 600           # icons
 _PATIENCE = 300.0           # s, for which the icons of a list are wanted
-_GREY = 0.3                 # of the disc that stands for a picture
+_PLACEHOLDER_GREY = 0.3     # of the disc that stands for a picture
 _AT_A_TIME = 14             # pictures of the library that are drawn in one go: half a second
-_icons = icons.Icons(_KEPT)
+_icons = icons.Icons(_KEPT_ICONS)
 _coming: set[str] = set()   # published materials whose pictures are being drawn
 _undrawn: set[icons.Key] = set()        # samples whose icons are discs
-_failed: Recent[icons.Key, Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
+_failed: Recent[icons.Key, Exception] = Recent(_KEPT_ICONS)  # the queue forgets: they would be tried for ever
 _was_drawn = False
 
 
@@ -120,7 +120,7 @@ def coming() -> set[str]:
 def _disc() -> SingleArray:
     """A grey disc, where a picture will be."""
     y, x = (np.indices((thumbnails.SIZE, thumbnails.SIZE)) + 0.5) / thumbnails.SIZE * 2 - 1
-    shade = np.array([*[_GREY] * 3, 1], np.float32)
+    shade = np.array([*[_PLACEHOLDER_GREY] * 3, 1], np.float32)
     return np.where((x ** 2 + y ** 2 < 1)[..., None], shade, np.float32(0))
 
 
@@ -138,7 +138,7 @@ def watched(folder: str) -> Job[list[thumbnails.FolderEntry]]:
     _was_drawn = True
     if not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=_TICK, persistent=True)
-    return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RECHECK)
+    return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RESCAN)
 
 
 def measurement_icon(measurement: thumbnails.FolderEntry, how: Arguments) -> tuple[int, Exception | None]:

@@ -17,7 +17,7 @@ from ..core.storage import edits
 from ..core.storage.outcomes import Outcome
 from ..core.storage.properties import (
     CHOICES,
-    LEVELS,
+    FIT_LEVELS,
     OFFERED,
     FitChoices,
     draw_presets,
@@ -156,7 +156,7 @@ def begin_as_script(operator: Any) -> None:
 
 
 def _says_how_to_fit(operator: Any) -> bool:
-    return any(operator.properties.is_property_set(name) for name in ("preset", "use_tolerance", *LEVELS))
+    return any(operator.properties.is_property_set(name) for name in ("preset", "use_tolerance", *FIT_LEVELS))
 
 
 def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_sample: bool = False) -> None:
@@ -168,7 +168,7 @@ def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_samp
     header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
     header.label(text="Fit Settings")
     if body is not None:
-        for name in (*LEVELS, "use_tolerance", "tolerance"):
+        for name in (*FIT_LEVELS, "use_tolerance", "tolerance"):
             row = body.row()
             row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
             row.prop(operator, name)

@@ -21,18 +21,18 @@ from .job import Job, read_progress, write_progress
 
 _Result = TypeVar("_Result")
 
-FOLDER = "MEASURED_BRDF_WORKERS_FOLDER"
+WORKERS_FOLDER = "MEASURED_BRDF_WORKERS_FOLDER"
 """The environment variable of a process that a Blender has started, which names the folder. Only workers share."""
-_KEPT = 32                  # results, a few MB each
+_KEPT_RESULTS = 32          # results, a few MB each
 _WAIT = 0.05                # s
 
 
 def once(key: str, work: Callable[[], _Result]) -> _Result:
     """The result of work, from the folder if any process has done it before; what it raises is not kept."""
-    if FOLDER not in os.environ:
+    if WORKERS_FOLDER not in os.environ:
         return work()
     name = hashlib.sha256(key.encode()).hexdigest()[:24]
-    path = Path(os.environ[FOLDER], f"{name}.result")
+    path = Path(os.environ[WORKERS_FOLDER], f"{name}.result")
     with _locked(path):
         with contextlib.suppress(OSError):      # not there, or just forgotten by another process
             os.utime(path)
@@ -65,7 +65,7 @@ def _progress_of(path: Path) -> Path:
 def _forget_oldest(folder: Path) -> None:
     with contextlib.suppress(OSError):      # another process may be at it, too
         results = sorted(folder.glob("*.result"), key=lambda each: each.stat().st_mtime)
-        for path in results[:-_KEPT]:
+        for path in results[:-_KEPT_RESULTS]:
             path.unlink()
 
 

@@ -40,14 +40,14 @@ Rebaked = tuple[str, Nodes, bytes]
 """OSL source and closure nodes of a fit, and the fit as materials keep it."""
 
 _BITS = 22                  # of a value that a digest keeps
-_CHUNK = 1 << 16            # rows hashed at a time
-_FINE = 7                   # level of a sparse lattice
-_KEPT = 12                  # fits in the cache, a few MB each
+_HASHED_ROWS = 1 << 16      # rows hashed at a time
+_FINE_LEVEL = 7             # level of a sparse lattice
+_KEPT_FITS = 12             # fits in the cache, a few MB each
 _LEAST = 1e-12              # of the largest value: what is smaller is what rounding left of 0
-_QUICK = 5000               # samples of which one more fit takes a second at most
-_SMALL = 1 << 20            # bytes: smaller files are read anew whenever they are asked for
-_fits: Recent[tuple[str, str], Fitted] = Recent(_KEPT)
-_kept_fits: Recent[str, fitter.Fit] = Recent(_KEPT)
+_QUICK_SAMPLES = 5000       # samples of which one more fit takes a second at most
+_SMALL_FILE = 1 << 20       # bytes: smaller files are read anew whenever they are asked for
+_fits: Recent[tuple[str, str], Fitted] = Recent(_KEPT_FITS)
+_kept_fits: Recent[str, fitter.Fit] = Recent(_KEPT_FITS)
 # of the last samples: those of a large file, by what was asked and the file's stamp; their description; preparations
 _loaded: Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measurement]] = Recent(1)
 _described: Recent[fitter.Samples, Data] = Recent(1)
@@ -115,7 +115,7 @@ def samples_of(data: Data) -> fitter.Samples:
 def _stamp(path: str) -> tuple[int, int] | None:
     """Tells whether a large file has changed; None for others."""
     stamp = time_and_size(path)
-    return stamp if stamp is not None and stamp[1] > _SMALL else None
+    return stamp if stamp is not None and stamp[1] > _SMALL_FILE else None
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments,
@@ -180,7 +180,7 @@ def _share_of_fit(samples: fitter.Samples, arguments: Arguments) -> float:
 
 def _is_fine(arguments: Arguments) -> bool:
     """Whether the sparse lattice is so fine that it takes most of the time."""
-    return (arguments.get("specular_level") or 0) >= _FINE
+    return (arguments.get("specular_level") or 0) >= _FINE_LEVEL
 
 
 def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
@@ -290,7 +290,7 @@ def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prep
             return verdict.UNKNOWN
         return math.hypot(verdict.lightness_error(samples, left_out[:, columns]),
                           verdict.lightness_error(samples, fitting.fit.evaluate(*samples.directions)))
-    if len(samples) > _QUICK:
+    if len(samples) > _QUICK_SAMPLES:
         return verdict.UNKNOWN
     if "tolerance" in arguments:
         arguments = tolerance.fit_arguments(fitting.fit)
@@ -328,14 +328,14 @@ def fitted_of(data: Data, arguments: Arguments) -> Fitted:
 
 def held_out(data: Data, arguments: Arguments) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
-    samples, folds = samples_of(data), iter(range(cross_validation.FOLDS))
+    samples, folds = samples_of(data), iter(range(cross_validation.FOLD_COUNT))
     if "tolerance" in arguments:
         progress.report(0.0, "Fitting")
         arguments = tolerance.fit_arguments(fitted(samples, data.digest, arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
-        begin, end = fold / cross_validation.FOLDS, (fold + 1) / cross_validation.FOLDS
+        begin, end = fold / cross_validation.FOLD_COUNT, (fold + 1) / cross_validation.FOLD_COUNT
         with progress.part(begin, end, "Testing at unseen angles"):
             return fit(part, arguments)
 
@@ -409,12 +409,12 @@ def digest(samples: fitter.Samples) -> str:
                         for each in np.ravel(values))
     content = hashlib.sha256("\n".join(header).encode())
     for angle in samples.directions:
-        for start in range(0, len(angle), _CHUNK):
-            content.update(np.round(1e7 * angle[start:start + _CHUNK]).astype("<i8").tobytes())
+        for start in range(0, len(angle), _HASHED_ROWS):
+            content.update(np.round(1e7 * angle[start:start + _HASHED_ROWS]).astype("<i8").tobytes())
     for array in (samples.values, *([] if samples.deviation is None else [samples.deviation])):
         least = _LEAST * np.abs(array).max()
-        for start in range(0, len(array), _CHUNK):
-            part = array[start:start + _CHUNK]
+        for start in range(0, len(array), _HASHED_ROWS):
+            part = array[start:start + _HASHED_ROWS]
             mantissa, exponent = np.frexp(np.where(np.abs(part) > least, part, 0.0))
             # again, because what lies just below a power of two is rounded to it
             mantissa, exponent = np.frexp(np.ldexp(np.round(np.ldexp(mantissa, _BITS)), exponent - _BITS))

@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 
-from fitter.imaging.pictures import LIGHTS, lit_sphere, reflected, sphere
+from fitter.imaging.pictures import SPHERE_LIGHTS, lit_sphere, reflected, sphere
 from fitter.storage.files import replace_file
 
 from ..report.methods import METHODS
@@ -17,9 +17,9 @@ from .summary import OWN
 
 NAME = "held_out_spheres.png"
 _HEADLAMP = ((0.02, 0.0, 1.0), 0.5)         # a degree from the viewer, whom retro-reflection reaches
-TELLING = {"retro b, Cornell": (LIGHTS[0], _HEADLAMP)} | dict.fromkeys((
+TELLING = {"retro b, Cornell": (SPHERE_LIGHTS[0], _HEADLAMP)} | dict.fromkeys((
     "interference b, Cornell", "brushed b, Cornell", "Cornell cayman", "Cornell garnet_red_RGB", "CURET 46 cotton",
-    "MERL color-changing-paint2, goniometer", "RGL net cc_green_malachite_rgb, goniometer"), LIGHTS)
+    "MERL color-changing-paint2, goniometer", "RGL net cc_green_malachite_rgb, goniometer"), SPHERE_LIGHTS)
 SIZE = 112                  # pixels of a sphere
 _MIDDLE = 0.2               # radiance that half of the sphere is below
 _EXPOSURES = 0.02, 8.0

@@ -31,7 +31,7 @@ _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
 
 def recognises(content: bytes) -> bool:
     """Whether the file begins with the header of MATLAB 5."""
-    return content.startswith(mat5.MAGIC)
+    return content.startswith(mat5.MAT_MAGIC)
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:

@@ -23,16 +23,16 @@ from .reading import Reading
 FEWEST_ROTATIONS = 3        # at which a material can be seen to be anisotropic
 _EFFECT = 0.015             # a BRDF that rotation changes by 4.5 %
 _CRITERIA = (4.0, _EFFECT), (2.5, 0.08)     # standard errors and effect: of a large effect there is less doubt
-_CLEAR = 0.15               # the effect where too few samples have neighbours to tell noise: 45 %
+_LEAST_EFFECT = 0.15       # the effect where too few samples have neighbours to tell noise: 45 %
 _REPEATED = 3.0             # or, where repeated measurements tell the noise, as many times that
 _FEWEST = 30                # neighbours, or pairs, whose mean product tells
-_ALIKE = 1e-3               # radians between polar angles, and azimuths, that agree
+_AGREEING = 1e-3        # radians between polar angles, and azimuths, that agree
 _NEIGHBOURS = np.radians(25)        # between outgoing directions that are neighbours, at most
-_TURNED = np.radians(35)    # between rotations that are, likewise
-_LINE = np.radians(10)      # of directions that are sought for neighbours together
+_TURNED_APART = np.radians(35)  # between rotations that are, likewise
+_LINE_ANGLE = np.radians(10)  # of directions that are sought for neighbours together
 _RING, _MOST_RINGS = 100, 12        # scattered samples whose half vectors are about as steep, at least; and such rings
 _HARMONICS = 1, 2, 4        # of a tilted surface, of a brushed one, of a weave
-_OWN = 0.8                  # of the harmonics' squares, what no polynomial explains: less where paths are few
+_OWN_SHARE = 0.8            # of the harmonics' squares, what no polynomial explains: less where paths are few
 _SURE_OF_HARMONICS = 8.0    # standard errors: what they leave is not only noise
 _MOST = 200_000             # samples that are compared
 _TURN = 2 * np.pi
@@ -87,7 +87,7 @@ def mirrored(samples: Samples) -> Samples:
         return samples
     apart = np.mod(_azimuth_difference(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
-    beside = (apart > _ALIKE) & (apart < np.pi - _ALIKE)
+    beside = (apart > _AGREEING) & (apart < np.pi - _AGREEING)
     if len({*side[beside].tolist()}) < 2:
         return samples
     chosen = np.flatnonzero(beside)
@@ -98,7 +98,7 @@ def mirrored(samples: Samples) -> Samples:
         (at, None if of is None else of[at]) for at in (side[chosen], ~side[chosen]))]) for of in (None, y))
     both = count.min(axis=0) > 0
     mean = total[:, both] / count[:, both]
-    if mean.shape[1] < _FEWEST or np.mean((mean[0] - mean[1]) ** 2) <= _CLEAR ** 2 * np.mean((mean[0] + mean[1]) ** 2):
+    if mean.shape[1] < _FEWEST or np.mean((mean[0] - mean[1]) ** 2) <= _LEAST_EFFECT ** 2 * np.mean((mean[0] + mean[1]) ** 2):
         return samples
     return replace(samples, notes=(*samples.notes, ONE_SIDED))
 
@@ -134,12 +134,12 @@ def _compared(samples: Samples) -> _Isotropy:
     y = _size(samples)[chosen]
     points = _Points(samples.theta_i[chosen], samples.theta_o[chosen], apart[chosen], side[chosen],
                      np.mod(samples.phi_i[chosen], _TURN))
-    rotation = _rounded(points.rotation) % int(np.rint(_TURN / _ALIKE))
+    rotation = _rounded(points.rotation) % int(np.rint(_TURN / _AGREEING))
     cell = _numbered([_rounded(points.theta_i), _rounded(points.theta_o), _rounded(points.apart)])
     shared = _at_several(cell, rotation)
     if 10 * np.count_nonzero(shared) < len(y):
         return _scattered(subset(samples, chosen), y)
-    count = len(np.unique(rotation[shared & (points.theta_i > _ALIKE)]))
+    count = len(np.unique(rotation[shared & (points.theta_i > _AGREEING)]))
     if count < FEWEST_ROTATIONS:
         return _Isotropy(True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else "")
     r = (y - (np.bincount(cell, y) / np.bincount(cell))[cell])[shared]
@@ -148,7 +148,7 @@ def _compared(samples: Samples) -> _Isotropy:
     tests = [_alike(r, pairs) for pairs in (_in_direction(points), _in_rotation(points, cell[shared]))]
     if sum(count for count, _, _ in tests) < _FEWEST:
         noise = None if samples.deviation is None else (y * samples.deviation[chosen] / 3)[shared]
-        least = _CLEAR * size if noise is None else max(_EFFECT * size, _REPEATED * np.sqrt(np.mean(noise ** 2)))
+        least = _LEAST_EFFECT * size if noise is None else max(_EFFECT * size, _REPEATED * np.sqrt(np.mean(noise ** 2)))
         differs = np.sqrt(np.mean(r ** 2)) > least
     else:
         differs = any(mean > sure * error and mean > (effect * size) ** 2 for _, mean, error in tests
@@ -187,7 +187,7 @@ def _size(samples: Samples) -> FloatArray:
     return np.cbrt(samples.values.mean(axis=1) * np.cos(samples.theta_i) * np.cos(samples.theta_o))
 
 
-def _rounded(angle: FloatArray, step: float = _ALIKE) -> IntArray:
+def _rounded(angle: FloatArray, step: float = _AGREEING) -> IntArray:
     """Angles as whole steps; what is printed in round numbers is not at the edge of one."""
     return np.floor(angle / step + 0.37).astype(np.int64)
 
@@ -204,7 +204,7 @@ def _some(samples: Samples, apart: FloatArray) -> BoolArray | slice:
     """Of very many samples those of some patches of directions, at all rotations."""
     if len(samples) <= _MOST:
         return slice(None)
-    patch = (_rounded(samples.theta_i, np.radians(1)) * 1009 + _rounded(apart, _LINE)) * 2654435761 % (1 << 32)
+    patch = (_rounded(samples.theta_i, np.radians(1)) * 1009 + _rounded(apart, _LINE_ANGLE)) * 2654435761 % (1 << 32)
     return np.asarray(patch <= max((1 << 32) * (_MOST / len(samples)), float(patch.min())))
 
 
@@ -221,12 +221,12 @@ def _in_direction(points: _Points) -> tuple[IntArray, IntArray]:
     line = [_rounded(points.rotation), points.side.astype(np.int64), _rounded(points.theta_i)]
     pairs = []
     for across, along in ((points.apart, points.theta_o), (points.theta_o, points.apart)):
-        order = np.lexsort((along, _rounded(across, _LINE), *line))
+        order = np.lexsort((along, _rounded(across, _LINE_ANGLE), *line))
         a, b = order[:-1], order[1:]
         same = np.all([key[a] == key[b] for key in line], axis=0)
         cosine = (np.cos(points.theta_o[a]) * np.cos(points.theta_o[b])
                   + np.sin(points.theta_o[a]) * np.sin(points.theta_o[b]) * np.cos(points.apart[a] - points.apart[b]))
-        near = same & (cosine > np.cos(_NEIGHBOURS)) & (cosine < np.cos(2 * _ALIKE))
+        near = same & (cosine > np.cos(_NEIGHBOURS)) & (cosine < np.cos(2 * _AGREEING))
         pairs.append((a[near], b[near]))
     return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
 
@@ -236,7 +236,7 @@ def _in_rotation(points: _Points, cell: IntArray) -> tuple[IntArray, IntArray]:
     order = np.lexsort((points.rotation, points.side, cell))
     a, b = order[:-1], order[1:]
     turn = points.rotation[b] - points.rotation[a]
-    near = (cell[a] == cell[b]) & (points.side[a] == points.side[b]) & (turn > 2 * _ALIKE) & (turn < _TURNED)
+    near = (cell[a] == cell[b]) & (points.side[a] == points.side[b]) & (turn > 2 * _AGREEING) & (turn < _TURNED_APART)
     return a[near], b[near]
 
 
@@ -271,7 +271,7 @@ def _scattered(samples: Samples, y: FloatArray) -> _Isotropy:
         noise = after / (len(ring) - smooth.shape[1] - turning.shape[1])
         explained += before - after - 2 * len(_HARMONICS) * noise
         error += 4 * len(_HARMONICS) * noise ** 2       # of chi squared, the variance
-    if own < _OWN:
+    if own < _OWN_SHARE:
         return few
     differs = explained > max(_SURE_OF_HARMONICS * np.sqrt(error), _EFFECT ** 2 * np.sum(y ** 2))
     return _Isotropy(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")

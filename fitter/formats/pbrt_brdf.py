@@ -30,13 +30,13 @@ from .text import check_azimuths, check_thetas, parse_numbers
 
 _FEWEST, _MOST = 3, 1000    # plausible numbers of wavelengths
 _FIRST = re.compile(rb"(?:\A|[\r\n])[ \t\f\v]*([^\s#])")      # of the first line that is not a comment
-_COUNT = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
+_COUNT_LINE = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
 
 
 def recognises(content: bytes) -> bool:
     """Whether the first line that is not a comment holds one whole number, the number of wavelengths."""
     first = _FIRST.search(content)
-    count = first and _COUNT.match(content, first.start(1))
+    count = first and _COUNT_LINE.match(content, first.start(1))
     return count is not None and _FEWEST <= int(count[1]) <= _MOST
 
 

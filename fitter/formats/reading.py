@@ -25,7 +25,7 @@ QUANTITIES = {"brdf": Quantity("", 1.0), "brdf_cos": Quantity("s", 1.0), "brdf_c
 LONGEST_COLUMNS = 20_000    # characters
 # of choices that are no text: what Blender stores, and the word of the command line
 _KEYS: dict[str | bool | None, str] = {None: "auto", True: "isotropic", False: "anisotropic"}
-_WORDS: dict[str | bool | None, str] = {True: "yes", False: "no"}
+_ANSWER_WORDS: dict[str | bool | None, str] = {True: "yes", False: "no"}
 
 
 class Choice(NamedTuple):
@@ -63,7 +63,7 @@ class Option(NamedTuple):
     @property
     def help(self) -> str:
         """What the command line says of it, as argparse takes it: its tooltips."""
-        means = [f"{_WORDS.get(choice.value, choice.value)}: {_lower(choice.tooltip)}" for choice in self.choices
+        means = [f"{_ANSWER_WORDS.get(choice.value, choice.value)}: {_lower(choice.tooltip)}" for choice in self.choices
                  if choice.value is not None]
         default = f"default: {self.default}" if isinstance(self.default, str) else ""
         return "; ".join(filter(None, (_lower(self.tooltip), *means, default))).replace("%", "%%")

@@ -11,7 +11,7 @@ from ..arrays import FloatArray
 from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError
 from . import names
 from .names import ANGLES
-from .plane import SIDES
+from .plane import PLANE_SIDES
 from .reading import QUANTITIES, Quantity, Reading
 from .table_layout import MOST_COLUMNS, SKIPPED, Layout
 from .text import decode, floats, lines, parse_number
@@ -278,8 +278,8 @@ def _side(said: dict[str, str]) -> int:
     """The sign of theta_o on the mirror's side, of a comment such as ``positive: mirror side``; 0 without one."""
     for key, sign in (("positive", 1), ("negative", -1)):
         for word in _words(said.get(key, "")):
-            if word in SIDES:
-                return sign * SIDES[word]
+            if word in PLANE_SIDES:
+                return sign * PLANE_SIDES[word]
     return 0
 
 

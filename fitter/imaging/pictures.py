@@ -10,16 +10,16 @@ from ..model import Reflectance, is_isotropic
 from ..model.published import PublishedMaterial
 from ..samples import Samples
 from . import studio
-from .drawing import INK, Canvas
+from .drawing import LINE_INK, Canvas
 from .lobe import plane_curve
 from .plane_plot import LIGHT, Disc, Plane, Plotted, curves, draw, near_plane
 
 SIZE = 256
 Light = tuple[tuple[float, float, float], float]       # direction to a light far away, and its irradiance / pi
-LIGHTS: tuple[Light, ...] = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))
+SPHERE_LIGHTS: tuple[Light, ...] = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))
 _BRIGHTEST = 0.59           # mean of a thumbnail within its outline
 _HEM = 0.93                 # half the side of a cloth, over that of its picture
-_ORIGIN, _RADIUS = (0.5, 0.31), 0.385       # of a polar plot, over its size
+_ORIGIN, _PLOT_RADIUS = (0.5, 0.31), 0.385  # of a polar plot, over its size
 
 
 def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
@@ -126,7 +126,7 @@ def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray
     begin = edge - thickness // 2
     picture = left.copy()
     picture[:, max(edge, 0):] = right[:, max(edge, 0):]
-    picture[:, max(begin, 0):max(begin + thickness, 0)] = INK
+    picture[:, max(begin, 0):max(begin + thickness, 0)] = LINE_INK
     return picture
 
 
@@ -233,7 +233,7 @@ def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float,
 
 def picture_disc(size: int) -> Disc:
     """Where the plane of incidence is in a picture of a size."""
-    return Disc(np.array(_ORIGIN) * size, _RADIUS * size, size / SIZE)
+    return Disc(np.array(_ORIGIN) * size, _PLOT_RADIUS * size, size / SIZE)
 
 
 def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT_COLOURS) -> SingleArray:

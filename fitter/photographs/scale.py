@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
 from ..methods.prior import candidates
-from ..quality.albedo import DARKEST
+from ..quality.albedo import DARKEST_SURFACE
 from ..quality.physics import directional_albedo
 from ..samples import Samples, choice, subset
 from .ball import BallPhotograph, measured
@@ -107,10 +107,10 @@ def implausible_light(light: FloatArray, albedo: float | None = None) -> tuple[s
     was given."""
     upright = ANGLES < _UPRIGHT         # what grazes is a guess
     most = light[upright].max()
-    if DARKEST <= most <= _BRIGHTEST:
+    if DARKEST_SURFACE <= most <= _BRIGHTEST:
         return ()
     why = "the lamp's intensity, a card's albedo or a distance is wrong"
-    if most < DARKEST:
+    if most < DARKEST_SURFACE:
         why = why if albedo is None else "was the albedo meant that was given?"
         return f"Only {most:.2g} of the light leaves, less than of the blackest paints: {why}",
     angle = np.degrees(ANGLES[upright][light[upright].max(axis=1).argmax()])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitter.imaging import pictures
-from fitter.imaging.drawing import BACKGROUND, INK, Canvas
+from fitter.imaging.drawing import BACKGROUND, LINE_INK, Canvas
 from fitter.imaging.lobe import plane_curve
 from fitter.imaging.plane_plot import PAIR, Plotted
 from support.anisotropic import brushed_fit
@@ -32,7 +32,7 @@ def test_each_side_of_a_split_sphere_is_that_of_a_sphere_alone(at, line):
     picture = pictures.split(left, right, at)
     np.testing.assert_array_equal(picture[:, :line], left[:, :line])
     np.testing.assert_array_equal(picture[:, line + 1:], right[:, line + 1:])
-    np.testing.assert_allclose(picture[:, line], np.tile(INK, (64, 1)), atol=1e-6)
+    np.testing.assert_allclose(picture[:, line], np.tile(LINE_INK, (64, 1)), atol=1e-6)
     assert np.abs(left - right).max() > 0.2
 
 
@@ -112,7 +112,7 @@ def test_a_wider_space_has_its_own_luminance():
 @pytest.mark.parametrize("string", ["0123456789", "-1.2e+09/", "90\u00b0", "1/sr"])
 def test_text_is_as_wide_as_it_says_and_stands_on_its_base_line(string):
     canvas = Canvas(128)
-    width = canvas.text(string, (64.0, 40.0), 12.0, INK, 0.5)
+    width = canvas.text(string, (64.0, 40.0), 12.0, LINE_INK, 0.5)
     inked = np.argwhere(np.abs(canvas.picture[..., 0] - BACKGROUND[0]) > 0.15)
     (low, left), (high, right) = inked.min(axis=0), inked.max(axis=0)
     assert (left, right) == pytest.approx((64 - width / 2, 64 + width / 2), abs=1.6)

@@ -12,7 +12,7 @@ import bpy
 CPU = "CPU"
 OPTIX = "OPTIX"
 WITH_OSL = CPU, OPTIX
-_NONE = "", "NONE"
+_NO_DEVICE = "", "NONE"
 _OPTION = "--cycles-device"
 _OWN_ARGUMENTS = "--"               # behind it, the command line is not Blender's
 _AND_CPU = "+CPU"
@@ -32,7 +32,7 @@ def effective_device(scene: bpy.types.Scene) -> str:
     addon = bpy.context.preferences.addons.get("cycles")
     preferences = getattr(addon, "preferences", None)
     kind = getattr(preferences, "compute_device_type", "")
-    if kind in _NONE:
+    if kind in _NO_DEVICE:
         return CPU
     used = {device.id for device in preferences.devices if device.use}
     return CPU if used.isdisjoint(_available(kind)) else str(kind)

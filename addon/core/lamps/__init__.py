@@ -191,20 +191,20 @@ def _on_data_replaced(*_: Any) -> None:
     _is_due.set()
 
 
-_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": _on_evaluation,
+_LAMP_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": _on_evaluation,
              "undo_pre": _on_data_replaced, "undo_post": _on_data_replaced, "redo_pre": _on_data_replaced,
              "redo_post": _on_data_replaced, "load_pre": _on_data_replaced, "load_post": _on_data_replaced}
 
 
 def register() -> None:
-    for name, handler in _HANDLERS.items():
+    for name, handler in _LAMP_HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
     if bpy.app.timers.is_registered(_retry):
         bpy.app.timers.unregister(_retry)
-    for name, handler in _HANDLERS.items():
+    for name, handler in _LAMP_HANDLERS.items():
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:
             handlers.remove(handler)

@@ -22,8 +22,8 @@ Place = tuple[int, int]
 _Driver = tuple[str, dict[str, str]]
 """An expression, and the data path of each variable in it."""
 
-_WORDS = re.compile(r"[a-z_]\w*")
-_POSITION, _SIZE, _STRENGTH = range(3), 3, 4
+_VARIABLE_WORDS = re.compile(r"[a-z_]\w*")
+_POSITION_INDICES, _SIZE, _STRENGTH = range(3), 3, 4
 
 
 def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
@@ -36,7 +36,7 @@ def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> di
     light = light_of(item)
     changes = is_animated(light)
     expressions = lamp.expressions(light)
-    indices = [*(_POSITION if moves else ()), *([_STRENGTH] if changes else ())]
+    indices = [*(_POSITION_INDICES if moves else ()), *([_STRENGTH] if changes else ())]
     if changes or (moves and light.type != "SUN"):
         indices.append(_SIZE)
     return {index: expressions[index] for index in indices}
@@ -79,7 +79,7 @@ def wire(held: bpy.types.Texture, sources: Mapping[Place, tuple[str, bpy.types.O
 
 
 def _variables(expression: str) -> list[str]:
-    return sorted({word for word in _WORDS.findall(expression) if word in lamp.VARIABLES})
+    return sorted({word for word in _VARIABLE_WORDS.findall(expression) if word in lamp.VARIABLES})
 
 
 def _target(name: str, item: bpy.types.Object) -> str:

@@ -23,8 +23,8 @@ _POSITION = "m03", "m13", "m23"
 _LENGTH = "max(sqrt(m02 * m02 + m12 * m12 + m22 * m22), 1e-30)"
 _TOWARD = f"m02 / {_LENGTH}", f"m12 / {_LENGTH}", f"m22 / {_LENGTH}"
 # Blender scales a lamp's radius by the factor by which a vector along (1, 1, 1) is stretched
-_SCALE = " + ".join(f"(m{row}0 + m{row}1 + m{row}2) * (m{row}0 + m{row}1 + m{row}2)" for row in range(3))
-_BALL = f"radius * sqrt(({_SCALE}) / 3)"
+_SCALE_SQUARED = " + ".join(f"(m{row}0 + m{row}1 + m{row}2) * (m{row}0 + m{row}1 + m{row}2)" for row in range(3))
+_BALL = f"radius * sqrt(({_SCALE_SQUARED}) / 3)"
 _WIDE, _HIGH = (" + ".join(f"m{row}{column} * m{row}{column}" for row in range(3)) for column in range(2))
 _DIAGONAL = f"sqrt({{0}} * {{0}} * ({_WIDE}) + {{1}} * {{1}} * ({_HIGH})) / 2"
 _LONGER = f"max({{0}} * sqrt({_WIDE}), {{1}} * sqrt({_HIGH})) / 2"

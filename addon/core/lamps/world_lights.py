@@ -17,12 +17,12 @@ from ....fitter.arrays import FloatArray, SingleArray
 from ....fitter.storage.files import time_and_size
 from ..annotations import Vector3, not_none
 
-_ROWS = 512                     # an image is searched at this resolution: a third of a degree
+_IMAGE_ROWS = 512               # an image is searched at this resolution: a third of a degree
 _MIN_ROWS = 16                  # below this a spot cannot be told from its surroundings
 _MAX_PIXELS = 1 << 26
 _MAX_SPOTS = 4
 _MAX_RADIUS = math.radians(6)   # of a spot
-_RING = 1.4                     # least outer radius of the ring that gives the background of a spot, over _MAX_RADIUS
+_LEAST_RING = 1.4               # least outer radius of the ring that gives the background of a spot, over _MAX_RADIUS
 _MIN_SHARE = 0.02               # of all light, for a spot to be worth a lobe
 _ENCLOSED = 0.95                # share of a spot's light that lies within its radius
 _MAX_IMAGES = 16                # whose spots are cached
@@ -116,7 +116,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
     """The bright spots of an equirectangular image of radiance, (height, width), the lowest row first; the brightest
     first.
     """
-    step = max(image.shape[0] // _ROWS, 1)
+    step = max(image.shape[0] // _IMAGE_ROWS, 1)
     height, width = (size // step * step for size in image.shape)
     if min(height, width) < _MIN_ROWS:
         return []
@@ -127,7 +127,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
     total = (radiance * solid_angle).sum()
     left = radiance.copy()
     pixel = np.pi / len(radiance)
-    ring_radius = max(_RING * _MAX_RADIUS, _MAX_RADIUS + pixel)     # so that there are pixels in it
+    ring_radius = max(_LEAST_RING * _MAX_RADIUS, _MAX_RADIUS + pixel)  # so that there are pixels in it
     brightest: list[Spot] = []
     for _ in range(_MAX_SPOTS):
         direction = unit[np.unravel_index(left.argmax(), left.shape)]

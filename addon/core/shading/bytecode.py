@@ -8,10 +8,10 @@ from collections import Counter
 # the others
 _NOT_NEEDED = re.compile(r'^[ \t]*#.*\n|[ \t]*%(?:filename\{"[^"]*"\}|(?:line|read|write)\{[^}]*\}|argrw\{"wr*"\})',
                          re.MULTILINE)
-_TABLE = re.compile(r"^const\tfloat\[\d{3,}\]\t\S+\t(.*)$", re.MULTILINE)
+_LONG_TABLE = re.compile(r"^const\tfloat\[\d{3,}\]\t\S+\t(.*)$", re.MULTILINE)
 _FIGURES = 7                # of the numbers in tables: single precision has 6 to 9
 _VARIABLE = re.compile(r"^(?:temp|local|const)\t[^\t]+\t((?:\$|___\d)[\w$]*)(?!.*%)", re.MULTILINE)
-_WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\w$.]*[A-Za-z_$][\w$.]*')
+_BYTECODE_WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\w$.]*[A-Za-z_$][\w$.]*')
 _DIGITS = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
@@ -21,11 +21,12 @@ def compact(text: str) -> str:
     Variables get short names, the shortest where they are used most; parameters keep theirs, and so do structures.
     Numbers of tables are rounded to _FIGURES figures, which is an error of at most 5e-7.
     """
-    text = _TABLE.sub(lambda table: table[0].replace(table[1], _rounded(table[1])), _NOT_NEEDED.sub("", text))
+    text = _LONG_TABLE.sub(lambda table: table[0].replace(table[1], _rounded(table[1])), _NOT_NEEDED.sub("", text))
     variables = set(_VARIABLE.findall(text))
-    counts = Counter(word for word in _WORD.findall(text) if word in variables)
+    counts = Counter(word for word in _BYTECODE_WORD.findall(text) if word in variables)
     names = {word: f"${_number(place)}" for place, (word, _) in enumerate(counts.most_common())}
-    return re.sub(r"[ \t]+$", "", _WORD.sub(lambda word: names.get(word[0], word[0]), text), flags=re.MULTILINE)
+    renamed = _BYTECODE_WORD.sub(lambda word: names.get(word[0], word[0]), text)
+    return re.sub(r"[ \t]+$", "", renamed, flags=re.MULTILINE)
 
 
 def _rounded(numbers: str) -> str:

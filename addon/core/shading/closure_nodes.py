@@ -24,7 +24,7 @@ _DISTRIBUTIONS: dict[Kind, str] = {"GGX": "GGX", "Beckmann": "BECKMANN"}
 _UNCONNECTED = 0.5          # a normal or tangent that is shorter is an unconnected input
 _ANY = (1.3e-5, 0.7e-5, 1.1e-5)     # added to tangents, so that none is without direction
 _MILLIMETRE = 1e-3          # m
-_WIDTH, _HEIGHT = 200, 260          # of a place in the node editor
+_PLACE_WIDTH, _HEIGHT = 200, 260    # of a place in the node editor
 
 
 class Inputs(NamedTuple):
@@ -79,7 +79,7 @@ class _Builder:
             setattr(node, name, value)
         node.location = self.x, self.y
         node.hide = kind in {"ShaderNodeMath", "ShaderNodeVectorMath", "ShaderNodeSeparateXYZ"}
-        self.x += _WIDTH
+        self.x += _PLACE_WIDTH
         return node
 
     def put(self, socket: bpy.types.NodeSocket, value: _Value) -> None:
@@ -302,14 +302,14 @@ def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> dict[str, 
     for name, kind in types.items():
         tree.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
     node = tree.nodes.new("NodeGroupInput")
-    node.location = -_WIDTH, 0
+    node.location = -_PLACE_WIDTH, 0
     return {name: node.outputs[name] for name in types}
 
 
 def _group_outputs(tree: bpy.types.NodeTree, outputs: dict[str, bpy.types.NodeSocket | None]) -> None:
     """Give a new group these outputs, as far as there are any."""
     node = tree.nodes.new("NodeGroupOutput")
-    node.location = 10 * _WIDTH, 0
+    node.location = 10 * _PLACE_WIDTH, 0
     for name, socket in outputs.items():
         if socket is not None:
             kind = {"VALUE": "Float", "SHADER": "Shader"}.get(socket.type, "Vector")

@@ -27,21 +27,21 @@ if TYPE_CHECKING:
     from ....fitter.cycles.principled_bsdf import Principled
     from ..storage.outcomes import Surface
 
-NAME = "Measured BRDF Export"
-BASE_COLOR, ROUGH_METAL = f"{NAME} Base Color", f"{NAME} Roughness and Metallic"     # Image Texture nodes
-_CHANNELS = f"{NAME} Channels"          # node that separates the latter
+EXPORT_NAME = "Measured BRDF Export"
+BASE_COLOR, ROUGH_METAL = f"{EXPORT_NAME} Base Color", f"{EXPORT_NAME} Roughness and Metallic"  # Image Texture nodes
+_CHANNELS = f"{EXPORT_NAME} Channels"   # node that separates the latter
 _FITTED = "measured_brdf"               # custom properties of the node: the values of the last fit,
 _SHOWN = "measured_brdf_shown"          # those that were last written,
-_ALBEDO = "albedo"                      # among either: of the whole surface, for the Solid viewport,
-_NORMAL = "measured_brdf_normal"        # the node that the normal was taken from,
+_ALBEDO_VALUE = "albedo"                # among either: of the whole surface, for the Solid viewport,
+_NORMAL_SOURCE = "measured_brdf_normal"  # the node that the normal was taken from,
 _DISPLACED = "measured_brdf_displacement"       # the node that displacement was taken from,
-_KEY = "measured_brdf_key"              # what all was made of,
+_EXPORT_KEY = "measured_brdf_key"       # what all was made of,
 _LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
-_LEVEL = "Specular IOR Level"
+_LEVEL_INPUT = "Specular IOR Level"
 NOT_EVERYWHERE = "In "                  # how a loss begins that not all formats have
 _HUE = 0.05                             # of a tint, largest less smallest over largest: less is grey
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
-_SMOOTH = 0.3                           # roughness below which reflections are seen as such
+_SMOOTH_ROUGHNESS = 0.3                 # roughness below which reflections are seen as such
 
 _Read = Callable[[bpy.types.NodeSocket], "FloatArray"]
 _Values = dict[str, Any]
@@ -60,8 +60,8 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
     export = _export_node(not_none(material.node_tree))
     if export is not None:
         fitted = inputs(surface.principled, lambda color: scene_color(surface, color))
-        export[_SHOWN] = {**_written(export), _ALBEDO: tuple(albedo)}
-        export[_FITTED] = {**fitted, _ALBEDO: tuple(albedo)}
+        export[_SHOWN] = {**_written(export), _ALBEDO_VALUE: tuple(albedo)}
+        export[_FITTED] = {**fitted, _ALBEDO_VALUE: tuple(albedo)}
         follow(material, node)
 
 
@@ -85,17 +85,17 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
     key = repr((_blended(node, material, lambda socket: _factor(socket, products, {})),
                 [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
                 _lost(node)))
-    if key == export.get(_KEY) and not again:
+    if key == export.get(_EXPORT_KEY) and not again:
         return
     found = evaluate(material, node)
     if not found.values:
         return
     values = found.values
     _bake(material, export, values, found.placed)
-    _set(export, {name: _mean(value) for name, value in values.items() if name != _ALBEDO})
-    if _ALBEDO in values:
-        _set_solid(material, export, _mean(values[_ALBEDO]))
-    export[_KEY], export[_LOST] = key, "\n".join(found.lost)
+    _set(export, {name: _mean(value) for name, value in values.items() if name != _ALBEDO_VALUE})
+    if _ALBEDO_VALUE in values:
+        _set_solid(material, export, _mean(values[_ALBEDO_VALUE]))
+    export[_EXPORT_KEY], export[_LOST] = key, "\n".join(found.lost)
 
 
 class Evaluated(NamedTuple):
@@ -167,14 +167,14 @@ def is_reflective(material: bpy.types.Material) -> bool:
     """Whether a measured material shows what is around it, as metals and smooth surfaces do."""
     export = _node(not_none(material.node_tree))
     fitted = {} if export is None else dict(export.get(_FITTED, {}).items())
-    return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH
-                             or (fitted["Coat Weight"] > 0.5 and fitted["Coat Roughness"] < _SMOOTH))
+    return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH_ROUGHNESS
+                             or (fitted["Coat Weight"] > 0.5 and fitted["Coat Roughness"] < _SMOOTH_ROUGHNESS))
 
 
 def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:
     """The values of the inputs of a Principled BSDF by name; `shown` converts its colours, (3,) each."""
     return {"Base Color": (*shown(close.base_color), 1.0), "Metallic": close.metallic, "Roughness": close.roughness,
-            _LEVEL: close.specular_level, "Specular Tint": (1.0, 1.0, 1.0, 1.0),
+            _LEVEL_INPUT: close.specular_level, "Specular Tint": (1.0, 1.0, 1.0, 1.0),
             "Sheen Weight": close.sheen_weight,
             "Sheen Roughness": close.sheen_roughness, "Sheen Tint": (*shown(close.sheen_tint), 1.0),
             "Coat Weight": close.coat_weight, "Coat Roughness": close.coat_roughness}
@@ -235,7 +235,8 @@ def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
     """The values of a fit, and what the user has changed of them."""
     written, values = _written(export), {}
     for name, value in fitted.items():
-        own = value if name == _ALBEDO or _is_as_written(export, name, written) else export.inputs[name].default_value
+        is_own = name == _ALBEDO_VALUE or _is_as_written(export, name, written)
+        own = value if is_own else export.inputs[name].default_value
         values[name] = np.array(own, dtype=float).ravel()[:3]
     return values
 
@@ -258,12 +259,12 @@ def _multiply(values: _Values, factor: FloatArray, lost: list[str]) -> None:
     grey = (factor @ export_inputs.grey_weights())[..., None]
     brightest = factor.max(axis=-1, keepdims=True) ** (1 - values["Metallic"])
     values["Specular Tint"] = np.divide(1.0, brightest, out=np.ones_like(brightest), where=brightest > 0) * np.ones(3)
-    if _LEVEL in values:
-        values[_LEVEL] = values[_LEVEL] * brightest
+    if _LEVEL_INPUT in values:
+        values[_LEVEL_INPUT] = values[_LEVEL_INPUT] * brightest
     if (np.ptp(factor / np.maximum(brightest, 1e-9), axis=-1, keepdims=True) * (1 - values["Metallic"])).max() > _HUE:
         lost.append(f"{NOT_EVERYWHERE}USD, OBJ and FBX highlights are white: these formats have no tint of them")
     for name, by in (("Base Color", factor), ("Specular Tint", factor), ("Sheen Tint", factor), ("Coat Weight", grey),
-                     (_ALBEDO, factor)):
+                     (_ALBEDO_VALUE, factor)):
         if name in values:
             bright = values[name] * by
             if name == "Base Color" and bright.max() > 1 + _VISIBLE:
@@ -296,7 +297,7 @@ def _lost(node: bpy.types.Node) -> list[str]:
         lost.append(f"{NOT_EVERYWHERE}USD the normal map has a Strength of 1")
     if "Tangent" in node.inputs:
         lost.append("The highlight is exported round: Tangent and Rotation have no effect")
-    if node_group.SCALE in node.inputs:
+    if node_group.SCALE_INPUT in node.inputs:
         lost.append("Light below the surface is exported as a diffuse surface of the same albedo")
     return lost
 
@@ -313,13 +314,13 @@ def normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 def _follow_normal(tree: bpy.types.NodeTree, node: bpy.types.Node, export: bpy.types.Node) -> None:
     wanted, normal = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None, export.inputs["Normal"]
     link = not_none(normal.links)[0] if normal.is_linked else None
-    if link is not None and link.from_node.name != export.get(_NORMAL):
+    if link is not None and link.from_node.name != export.get(_NORMAL_SOURCE):
         return                          # the user's own
     if link is not None and link.from_socket != wanted:
         tree.links.remove(link)
     if wanted is not None and not normal.is_linked:
         tree.links.new(wanted, normal)
-        export[_NORMAL] = wanted.node.name
+        export[_NORMAL_SOURCE] = wanted.node.name
 
 
 def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> None:
@@ -382,7 +383,7 @@ def _fill(tree: bpy.types.NodeTree, name: str, called: str, picture: FloatArray 
     image.filepath_raw = f"//{image.name}.png"      # OBJ and USD name it by its path, and USD writes it by its name
     image.pack()
     if texture is None:
-        export = tree.nodes[NAME]
+        export = tree.nodes[EXPORT_NAME]
         texture = tree.nodes.new("ShaderNodeTexImage")
         texture.name = texture.label = name
         texture.location = export.location.x - 500, export.location.y - 300 * is_data
@@ -408,7 +409,7 @@ def new_image(name: str, picture: FloatArray, is_data: bool) -> bpy.types.Image:
 def _connect(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
     """Connect an input, unless the user has connected something to it."""
     links = not_none(target.links)
-    if target.node.name != NAME or all(link.from_node.name in (BASE_COLOR, _CHANNELS) for link in links):
+    if target.node.name != EXPORT_NAME or all(link.from_node.name in (BASE_COLOR, _CHANNELS) for link in links):
         tree.links.new(source, target)
 
 
@@ -424,13 +425,13 @@ def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
 def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:
     """Set the colour in the Solid viewport, unless the user has."""
     before = _written(export)
-    if _ALBEDO not in before or np.allclose(before[_ALBEDO], material.diffuse_color[:3], atol=1e-6):
+    if _ALBEDO_VALUE not in before or np.allclose(before[_ALBEDO_VALUE], material.diffuse_color[:3], atol=1e-6):
         material.diffuse_color = albedo
-        export[_SHOWN] = {**before, _ALBEDO: albedo[:3]}
+        export[_SHOWN] = {**before, _ALBEDO_VALUE: albedo[:3]}
 
 
 def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
-    node = tree.nodes.get(NAME)
+    node = tree.nodes.get(EXPORT_NAME)
     return node if node is not None and node.bl_idname == "ShaderNodeBsdfPrincipled" else None
 
 
@@ -445,7 +446,7 @@ def _export_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     if node is None:
         node = tree.nodes.new("ShaderNodeBsdfPrincipled")
     output = tree.nodes.new("ShaderNodeOutputMaterial")
-    node.name = node.label = output.label = NAME
+    node.name = node.label = output.label = EXPORT_NAME
     output.location, node.location = (right, below), (right - 260, below)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     output.is_active_output = True

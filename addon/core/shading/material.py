@@ -236,7 +236,7 @@ def show(material: bpy.types.Material,
     node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
     if node is None:
         node = nodes.new("ShaderNodeGroup")
-        node.name, node.width, node.node_tree = node_group.NAME, 200, tree
+        node.name, node.width, node.node_tree = node_group.GROUP_NAME, 200, tree
         if output is not None:
             node.location = output.location.x - 260, output.location.y
             _connect(own_tree, node, output)
@@ -251,7 +251,7 @@ def show(material: bpy.types.Material,
 
 
 def _connect(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.Node) -> None:
-    tree.links.new(node.outputs[node_group.CYCLES], output.inputs["Surface"])
+    tree.links.new(node.outputs[node_group.CYCLES_OUTPUT], output.inputs["Surface"])
 
 
 def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
@@ -268,7 +268,7 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
         eevee.location = cycles.location.x, cycles.location.y - 180
     elif eevee.inputs["Surface"].is_linked:
         return
-    tree.links.new(node.outputs[node_group.EEVEE], eevee.inputs["Surface"])
+    tree.links.new(node.outputs[node_group.EEVEE_OUTPUT], eevee.inputs["Surface"])
 
 
 def _show_surface(material: bpy.types.Material, surface: Surface,

@@ -17,9 +17,9 @@ from ..storage.properties import EXACT, NODES, RENDERINGS
 from . import material as materials
 from . import node_group
 
-_LABELS = {key: label for key, label, _ in RENDERINGS}
+_RENDERING_LABELS = {key: label for key, label, _ in RENDERINGS}
 OTHER = "OTHER"             # something else is connected to the output
-_EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
+_EEVEE_ENGINES = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
 _IN_EEVEE, _IN_ANOTHER = "the engine is EEVEE", "the engine is not Cycles"
 _NOT_COMPILED = "its shader is not compiled yet"
 
@@ -70,7 +70,7 @@ def _is_compiled(tree: bpy.types.NodeTree) -> bool:
 
 def below_surface(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """What light below the surface of a material is rendered by; empty where there is none."""
-    if node_group.SCALE not in not_none(materials.surface_node(material)).inputs:
+    if node_group.SCALE_INPUT not in not_none(materials.surface_node(material)).inputs:
         return ""
     if str(scene.render.engine) == "CYCLES":
         return "Light below the surface: a random walk, which nodes and OSL share"
@@ -81,7 +81,7 @@ def below_surface(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
 
 def in_eevee(scene: bpy.types.Scene) -> bool:
     """Whether EEVEE renders a scene."""
-    return str(scene.render.engine) in _EEVEE
+    return str(scene.render.engine) in _EEVEE_ENGINES
 
 
 def without_osl(scene: bpy.types.Scene) -> str:
@@ -105,7 +105,7 @@ def brief(found: Rendered, chosen: str) -> str:
     if found.how == EXACT:
         return "Exact"
     because = f", because {found.why}" if found.why else ""
-    instead = f" instead of {_LABELS[chosen]}" if chosen == EXACT else ""
+    instead = f" instead of {_RENDERING_LABELS[chosen]}" if chosen == EXACT else ""
     return f"Rendered by nodes{instead}{because}"
 
 

@@ -21,7 +21,7 @@ from ..blender.active_material import can_change
 Place = tuple[Any, str]     # what holds a path, and the name of the property
 
 _KNOWN = bpy.types.Property.bl_rna.properties.keys()
-RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative" in _KNOWN else set()
+RELATIVE_PATHS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative" in _KNOWN else set()
 """Options of a property that may hold a relative path; Blender 4.2 knows none."""
 scene_places: list[Callable[[bpy.types.Scene], Iterator[Place]]] = []
 """Functions of slices: what else a scene names."""

@@ -15,7 +15,7 @@ from . import paths
 from .properties import Choices
 
 GREY = "grey"               # in the place of a colour space: the same in every one
-_SAME = 0.01                # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
+_SAME_MATRIX = 0.01         # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
 
 
 def scene_colours() -> str:
@@ -34,7 +34,7 @@ def _named(axes: tuple[tuple[float, ...], ...]) -> str:
     mine = np.array(axes).T
     return next((name for name in COLOURS
                  if np.allclose(mine, xyz_matrix(DEFAULT_COLOURS) @ conversion(name, DEFAULT_COLOURS), rtol=0,
-                                atol=_SAME)), "")
+                                atol=_SAME_MATRIX)), "")
 
 
 def load_arguments(choices: Choices) -> Arguments:
