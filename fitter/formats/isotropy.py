@@ -98,7 +98,9 @@ def mirrored(samples: Samples) -> Samples:
         (at, None if of is None else of[at]) for at in (side[chosen], ~side[chosen]))]) for of in (None, y))
     both = count.min(axis=0) > 0
     mean = total[:, both] / count[:, both]
-    if mean.shape[1] < _FEWEST or np.mean((mean[0] - mean[1]) ** 2) <= _LEAST_EFFECT ** 2 * np.mean((mean[0] + mean[1]) ** 2):
+    is_one_sided = mean.shape[1] >= _FEWEST and (
+        np.mean((mean[0] - mean[1]) ** 2) > _LEAST_EFFECT ** 2 * np.mean((mean[0] + mean[1]) ** 2))
+    if not is_one_sided:
         return samples
     return replace(samples, notes=(*samples.notes, ONE_SIDED))
 
