@@ -44,7 +44,7 @@ _OUTLINE_STEP = 0.22        # relative step at an outline: real balls and the li
                             # have .27 or more; gradients, colours and noise of 64 pixels or more at most .21
 _FARTHEST = 0.65            # error of the nearest material: of real balls, and of the library's under other skies, at
                             # most .62; of noise of fewer pixels, of checks and of leaves .69 or more. Both limits are
-                            # tried by tests/fitter/test_matching.py
+                            # tried by tests/fitter/library/test_matching.py
 
 
 class Match(NamedTuple):
