@@ -29,11 +29,11 @@ from . import settings as adjustments
 
 _NO_VARIATION = "NONE"
 VARIATION_ITEMS = ((_NO_VARIATION, "None", "What the sliders have"),
-              ("SATIN", "Satin", "The highlight twice as wide"),
-              ("AGED", "Aged", "Yellower and darker, with a wider and weaker highlight"),
-              ("LACQUERED", "Lacquered", "A smooth clear coat above"),
-              ("WET", "Wet", "A coat of water; what is porous gets darker"),
-              ("DUSTY", "Dusty", "Two fifths of the surface under dust. Metals get dull, not grey"))
+                   ("SATIN", "Satin", "The highlight twice as wide"),
+                   ("AGED", "Aged", "Yellower and darker, with a wider and weaker highlight"),
+                   ("LACQUERED", "Lacquered", "A smooth clear coat above"),
+                   ("WET", "Wet", "A coat of water; what is porous gets darker"),
+                   ("DUSTY", "Dusty", "Two fifths of the surface under dust. Metals get dull, not grey"))
 _PAUSE = 0.4                # s without a change, after which adjustments are applied
 _AGAIN = 0.1                # s, after which is asked again whether they can be
 _changed: dict[int, float] = {}         # session_uid of materials with adjustments to apply, and when they were changed

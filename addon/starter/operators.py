@@ -29,7 +29,7 @@ _TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"M
                                                      for tag in shelf.tags()))
 
 _WINDOW_ITEMS = (("AUTO", "Find Out", "Where the light suits the photograph best"),
-            *((name.upper(), name.capitalize(), f"A window: {name}") for name in WINDOWS))
+                 *((name.upper(), name.capitalize(), f"A window: {name}") for name in WINDOWS))
 
 
 class MeasuredShelf(bpy.types.PropertyGroup):

@@ -27,7 +27,7 @@ Steps = Generator[tuple[float, str], None, Any]
 """Work in pieces: yields (fraction, doing) after each, and returns its result."""
 
 EXPECTED_ERRORS = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
-            OSError)
+                   OSError)
 
 running: Job[Any] | None = None             # the job whose progress the panel shows
 waiting: list[Work] = []                    # what begins when it has ended, one after the other

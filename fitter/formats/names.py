@@ -47,7 +47,7 @@ _FILLER_WORDS = frozenset({"angle", "angles", "ang", "of", "the", "direction", "
 _SHORT = {"aoi": "theta_i", "aos": "theta_s", "aoe": "theta_s", "aor": "theta_s", "aov": "theta_s", "sza": "theta_i",
           "iza": "theta_i", "vza": "theta_s", "oza": "theta_s", "saa": "phi_i", "vaa": "phi_s", "raa": RELATIVE}
 _ANGLE_WORDS = {"incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s", "receive": "theta_s",
-          "receiver": "theta_s", "receiving": "theta_s"}      # without the word angle
+                "receiver": "theta_s", "receiving": "theta_s"}      # without the word angle
 _BESIDE = frozenset({"index", "no", "nr", "number", "id", "point", "time", "timestamp", "date", "temperature",
                      "uncertainty", "std", "stdev", "stddev", "sigma", "error", "comment", "comments", "remark",
                      "remarks", "note", "notes", "scan", "repeat", "rep"})

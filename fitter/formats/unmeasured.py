@@ -25,7 +25,7 @@ _BEFORE, _KINK = np.radians(10), 0.15   # how far before the angle, and by how m
                             # surface that itself goes to 0 as the cosine does differs by .05 at most
 _ENDS = np.radians(89.5)    # the value at the horizon itself may be anything
 _CONTINUATIONS = {"straight": "on a straight line to 0 at 90 degrees", "constant": "with the value there again",
-          "zero": "where all are 0"}
+                  "zero": "where all are 0"}
 
 
 def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:

@@ -14,7 +14,7 @@ _Ends = tuple[str, str, str, str]       # a link: node and identifier of the soc
 _State = tuple[dict[str, Any], dict[str, Any], list[Any]]
 
 _ID_KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "masks",
-          "scenes")
+             "scenes")
 _VIEWPORT_PROPERTIES = ("diffuse_color", "roughness", "metallic")
 _NODE_PROPERTIES = ("name", "label", "location", "node_tree", "target", "is_active_output")
 

@@ -192,8 +192,8 @@ def _on_data_replaced(*_: Any) -> None:
 
 
 _LAMP_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": _on_evaluation,
-             "undo_pre": _on_data_replaced, "undo_post": _on_data_replaced, "redo_pre": _on_data_replaced,
-             "redo_post": _on_data_replaced, "load_pre": _on_data_replaced, "load_post": _on_data_replaced}
+                  "undo_pre": _on_data_replaced, "undo_post": _on_data_replaced, "redo_pre": _on_data_replaced,
+                  "redo_post": _on_data_replaced, "load_pre": _on_data_replaced, "load_post": _on_data_replaced}
 
 
 def register() -> None:
