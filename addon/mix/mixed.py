@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ..core import lamps
 from ..core.annotations import not_none
+from ..core.blender import followers
 from ..core.blender.transaction import new_data_removed_on_error
 from ..core.shading import export_surface, mixing
 from ..core.shading import material as materials
@@ -41,7 +41,7 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         mixed.roughness, mixed.metallic = (float(weights @ [getattr(item, name) for item in (first, second)])
                                            for name in ("roughness", "metallic"))
         export_surface.mix(mixed, node)
-        lamps.update(context.evaluated_depsgraph_get())
+        followers.tell(context)
     return mixed
 
 

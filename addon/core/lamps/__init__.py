@@ -9,6 +9,8 @@ compile them again; where the lamps are, how large and how strong, into a carrie
 nothing. Appended and linked materials and objects bring those of other files along. All are kept up to date; linked
 ones in memory only.
 
+Who makes or replaces materials knows nothing of that: this follows (`blender/followers`).
+
 Lamps that move by themselves have drivers (`drivers`), so that a render job follows them. Handlers write the rest. A
 render job calls the handlers in a thread of its own, where they do nothing unless the interface is locked: Blender may
 be reading what they would write. docs/rendering.md has a table of what works when.
@@ -22,7 +24,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..annotations import not_none
-from ..blender import shared_groups
+from ..blender import followers, shared_groups
 from ..blender.device import renders_on_gpu
 from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
@@ -183,6 +185,10 @@ def _retry() -> float | None:
     return None
 
 
+def _on_new_groups(depsgraph: bpy.types.Depsgraph) -> None:
+    update(depsgraph)
+
+
 @persistent
 def _on_data_replaced(*_: Any) -> None:
     """After undo, redo and loading, all references to Blender's data are invalid."""
@@ -197,6 +203,7 @@ _LAMP_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": 
 
 
 def register() -> None:
+    followers.followers.append(_on_new_groups)
     for name, handler in _LAMP_HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 
@@ -208,4 +215,6 @@ def unregister() -> None:
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:
             handlers.remove(handler)
+    if _on_new_groups in followers.followers:
+        followers.followers.remove(_on_new_groups)
     _on_data_replaced()

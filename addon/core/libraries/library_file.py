@@ -17,7 +17,8 @@ from pathlib import Path
 import bpy
 
 from ....fitter.storage.files import hold_lock
-from .. import lamps, versions
+from .. import versions
+from ..blender import followers
 from ..shading import material as materials
 from . import assets
 
@@ -185,7 +186,7 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
             target.materials = [*wanted]        # Blender puts the materials into the list that it is given
         # appending may add numbers to the names
         names_before: dict[bpy.types.Material, str] = dict(zip(target.materials, wanted, strict=True))
-        lamps.update(bpy.context.evaluated_depsgraph_get())
+        followers.tell(bpy.context)
         for item in target.materials:
             same = [other for other in before if identity(other) == identity(item)]
             # users may have made copies: take the one of the same name; mixes have nothing else

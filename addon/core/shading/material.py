@@ -11,8 +11,9 @@ import numpy as np
 
 from ....fitter.cycles.bake import SHADER_VERSION
 from ....fitter.shader_constants import MOST_MIXED
-from .. import lamps, versions
+from .. import versions
 from ..annotations import not_none
+from ..blender import followers
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
 from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
@@ -80,7 +81,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
             replaced.append(before)
             restored.enter_context(mixing.mixes.following(material, before, node.node_tree))
             material.measured_brdf.version = versions.CURRENT
-        lamps.update(context.evaluated_depsgraph_get())
+        followers.tell(context)
         unused = {item for before in replaced for item in node_group.unused(before)}
         names = _names(tree, materials)
     bpy.data.batch_remove(unused)
@@ -283,12 +284,12 @@ def _show_surface(material: bpy.types.Material, surface: Surface,
 
 def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, after: bpy.types.NodeTree,
               context: bpy.types.Context) -> tuple[list[bpy.types.ID], list[tuple[bpy.types.ID, str]]]:
-    """Tell mixes and lamps of a material's new group: what nothing uses any more, and `_names`.
+    """Tell mixes, and whoever follows, of a material's new group: what nothing uses any more, and `_names`.
 
     If that fails, mixes stay.
     """
     with mixing.mixes.following(material, before, after):
-        lamps.update(context.evaluated_depsgraph_get())
+        followers.tell(context)
         unused = node_group.unused(before)
         mixing.mixes.changed(material)
         return unused, _names(after, [material])
