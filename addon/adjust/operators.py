@@ -86,7 +86,7 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         if self.variation == _NO_VARIATION:
             return {}
         kept = not_none(queries.embedded_fit(target))
-        return adjustments.values_of(variation(self.variation.lower(), tasks.kept_fit(kept)))
+        return adjustments.adjustment_values(variation(self.variation.lower(), tasks.kept_fit(kept)))
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         target = not_none(active_material(context))
@@ -94,8 +94,8 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         _changed.pop(self._target, None)
         self._values = self._chosen(target) if self.reset or self.variation != _NO_VARIATION else None
         self._edit = (adjustments.edit_arguments(target) if self._values is None else
-                      adjustments.arguments_of(SimpleNamespace(**self._values)) if self._values else {})
-        return process.Calculation(partial(tasks.adjusted, not_none(queries.embedded_fit(target)), self._edit))
+                      adjustments.requested_edit(SimpleNamespace(**self._values)) if self._values else {})
+        return process.Calculation(partial(tasks.edit_surface, not_none(queries.embedded_fit(target)), self._edit))
 
     def prepare(self, surface: Surface) -> Steps:
         yield 0.95, "Compiling"

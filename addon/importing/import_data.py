@@ -10,7 +10,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, StringProperty
 
 from ...fitter import ColumnsUnknownError, DatasetError, ImplausibleError, SampleUnknownError, UnitsUnknownError
-from ...fitter.formats import EXTENSIONS, choices_of, list_samples
+from ...fitter.formats import EXTENSIONS, list_samples, open_choices
 from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
 from ..core.storage.properties import CHOICES, FitChoices, fit_arguments
@@ -73,7 +73,7 @@ or else to all selected ones"""
         if context.area is None or context.area.type != "FILE_BROWSER":
             layout.prop(self, "filepath")
         path = next((item.name for item in self.files if item.name), self.filepath)
-        draw_choices(layout, self, path, with_sample="sample" in choices_of(path))
+        draw_choices(layout, self, path, with_sample="sample" in open_choices(path))
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.options.is_repeat_last:     # and another object may be active now

@@ -137,7 +137,7 @@ def _entries_in(part: Path) -> list[_Entry]:
     entries = [_Entry(part, item.name, item.measured_brdf.asset_key, paths.absolute(item),
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
                     _is_named_after_data(item), edit_arguments(item), row(item, "up to date"))
-             for item in library_file.measured() if item.measured_brdf.asset_key]
+             for item in library_file.list_measured() if item.measured_brdf.asset_key]
     library_file.close()
     return entries
 
@@ -217,8 +217,8 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         for name in unwanted:
             materials.remove(bpy.data.materials[name])
         made: list[str] = []
-        for step in _in_parallel(todo, how, fit_arguments(choices), folder, processes,
-                                 partial(_make_material, context, choices, made, rows)):
+        for step in _do_tasks(todo, how, fit_arguments(choices), folder, processes,
+                              partial(_make_material, context, choices, made, rows)):
             yield Progress((done + step) / total, f"{done + step} of {total} fitted")
         done += len(todo)
         if made or unwanted:
@@ -231,8 +231,8 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         assets.write_catalogue(path.parent)
 
 
-def _in_parallel(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folder: Path, processes: int,
-                 function: Callable[[_Task, _Job], object]) -> Iterator[int]:
+def _do_tasks(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folder: Path, processes: int,
+              function: Callable[[_Task, _Job], object]) -> Iterator[int]:
     """Do tasks in worker processes, and call `function` with each finished job: yields how many are done."""
     waiting = [*reversed(todo)]
     idle: list[process.Worker] = []

@@ -169,7 +169,8 @@ def following(material: bpy.types.Material, before: bpy.types.NodeTree | None,
         waiting = [cast(bpy.types.NodeTree, node.id_data) for node in changed]
         for mix in waiting:             # and mixes of mixes
             _update_inputs(mix)
-            waiting += [holder for node in _nodes_of(mix) if is_mix(holder := cast(bpy.types.NodeTree, node.id_data))]
+            holders = [cast(bpy.types.NodeTree, node.id_data) for node in _group_users(mix)]
+            waiting += filter(is_mix, holders)
     except BaseException:
         for node in changed:
             node.node_tree = before
@@ -196,7 +197,7 @@ def _update_inputs(mix: bpy.types.NodeTree) -> None:
     _connect(mix)
 
 
-def _nodes_of(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+def _group_users(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
     """The nodes of this file's materials and groups that hold a group."""
     trees = [*(item.node_tree for item in bpy.data.materials), *bpy.data.node_groups]
     for each in trees:

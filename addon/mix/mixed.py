@@ -66,14 +66,14 @@ class Mixes(mixing.Mixes):
     def changed(self, material: bpy.types.Material) -> None:
         waiting, seen = [material], {material}
         for part in waiting:
-            for item in _mixes_of(part):
+            for item in _list_mixes(part):
                 if item not in seen:
                     export_surface.mix(item, not_none(materials.mix_node(item)))
                     seen.add(item)
                     waiting.append(item)
 
 
-def _mixes_of(part: bpy.types.Material) -> Iterator[bpy.types.Material]:
+def _list_mixes(part: bpy.types.Material) -> Iterator[bpy.types.Material]:
     """The materials of this file that mix a material with another that is there."""
     for item in bpy.data.materials:
         node = materials.mix_node(item) if item.is_editable else None

@@ -19,14 +19,14 @@ class MEASUREDBRDF_PT_export(bpy.types.Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         operator = getattr(context.space_data, "active_operator", None)
-        return operator is not None and operator.bl_idname in _EXPORTERS and bool(_lost())
+        return operator is not None and operator.bl_idname in _EXPORTERS and bool(_list_losses())
 
     def draw(self, _context: bpy.types.Context) -> None:
-        for line in _lost():
+        for line in _list_losses():
             draw_wrapped(not_none(self.layout), line, "INFO")
 
 
-def _lost() -> list[str]:
+def _list_losses() -> list[str]:
     return [line for item in bpy.data.materials if item.users for line in lost_in(item)]
 
 

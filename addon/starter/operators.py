@@ -88,7 +88,7 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         return {"FINISHED"}
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
-        choices = starter.choices_of(find(self.name))
+        choices = starter.starter_choices(find(self.name))
         for name, value in vars(choices).items():       # what `MakesMaterials` looks for
             setattr(self, name, value)
         self.remember_target(context)
@@ -166,7 +166,7 @@ above the library"""
     def work(self, _context: bpy.types.Context) -> process.Calculation:
         osl_support.make_importable("OpenImageIO")
         window = "" if self.window == "AUTO" else self.window.lower()
-        return process.Calculation(partial(work.matched, bpy.path.abspath(self.filepath), window))
+        return process.Calculation(partial(work.match_photograph, bpy.path.abspath(self.filepath), window))
 
     def apply(self, _context: bpy.types.Context, result: tuple[str, list[Match]]) -> None:
         shelf.nearest[:] = result[1]

@@ -114,8 +114,8 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     layout.operator(library.MEASUREDBRDF_OT_match_photograph.bl_idname, text="Match a Photograph...", icon="IMAGE_DATA")
     _draw_row(layout, [{"name": each.material.name, "note": line, "diffuse": each.diffuse, "highlight": each.highlight}
                        for each, line in zip(shelf.nearest, match_lines("", shelf.nearest)[1:], strict=True)])
-    offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
-    groups = shelf.by_substance(offered)
+    offered = shelf.find_offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    groups = shelf.group_finishes(offered)
     if len(groups) <= most_large:
         scale = _LARGE_SCALE
     if not offered:
@@ -144,7 +144,7 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     if not settings.data_folder:
         draw_wrapped(layout, "Choose a folder: its measurements are listed here, with pictures", "INFO")
         return
-    job = shelf.watched(bpy.path.abspath(settings.data_folder))
+    job = shelf.watch_folder(bpy.path.abspath(settings.data_folder))
     if job.error is not None:
         draw_warning(layout, str(job.error))
         return

@@ -79,7 +79,7 @@ def tags() -> list[str]:
     return [tag for tag in published.TAGS if tag in used]
 
 
-def offered(search: str, tag: str) -> list[published.PublishedMaterial]:
+def find_offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     """The published materials that have a tag (or `ALL`), and all words of a search in name, label or tags: metals
     in the order of their table, then the brightest first, since dark ones look alike."""
     words = search.lower().split()
@@ -88,7 +88,7 @@ def offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
 
 
-def by_substance(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
+def group_finishes(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
     """Published materials, the finishes of a metal together."""
     groups: dict[str, list[published.PublishedMaterial]] = {}
     for each in found:
@@ -127,12 +127,12 @@ def _disc() -> SingleArray:
 @cache
 def _together() -> list[tuple[str, ...]]:
     """The names of materials whose pictures are drawn at a time: of a kind, in the order in which they are shown."""
-    shown = [each for group in by_substance(offered("", ALL)) for each in group]
+    shown = [each for group in group_finishes(find_offered("", ALL)) for each in group]
     kinds = [[each.name for each in shown if each.tags[0] == tag] for tag in published.TAGS]
     return [tuple(names[first:first + _AT_A_TIME]) for names in kinds for first in range(0, len(names), _AT_A_TIME)]
 
 
-def watched(folder: str) -> Job[list[thumbnails.FolderEntry]]:
+def watch_folder(folder: str) -> Job[list[thumbnails.FolderEntry]]:
     """The job that lists the measurements in a folder; panels that show it notice changes within seconds."""
     global _was_drawn
     _was_drawn = True

@@ -86,7 +86,7 @@ def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
 
-def choices_of(wanted: published.PublishedMaterial) -> Choices:
+def starter_choices(wanted: published.PublishedMaterial) -> Choices:
     """The choices of a material with the fit of the library."""
     choices = default_choices(wanted.path)
     use_preset(choices, ready.PRESET)
@@ -99,7 +99,7 @@ def _create(wanted: published.PublishedMaterial) -> bpy.types.Material:
     outcome = work.import_result(wanted.name, {"colours": DEFAULT_COLOURS})
     surface = outcome.surface
     uncompiled = Shader(surface.source, "", surface.nodes, surface.kept)
-    return materials.create(outcome, choices_of(wanted), bpy.context, uncompiled)
+    return materials.create(outcome, starter_choices(wanted), bpy.context, uncompiled)
 
 
 def _mark(material: bpy.types.Material, wanted: published.PublishedMaterial) -> None:

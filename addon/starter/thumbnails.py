@@ -115,10 +115,10 @@ def measurement_picture(found: FolderEntry, cache: str, how: Arguments) -> Singl
         samples = fitter.load(found.path, found.sample or None, **how)
         return lit_sphere(fitter.fit(samples, **_QUICK_FIT), SIZE, colours=samples.colours)
 
-    return _cached(Path(cache), (*found, tasks.freeze(how), tasks.freeze(_QUICK_FIT)), draw)
+    return _cached_picture(Path(cache), (*found, tasks.freeze(how), tasks.freeze(_QUICK_FIT)), draw)
 
 
-def _cached(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
+def _cached_picture(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
     """A picture from the disk, or drawn and put there."""
     name = hashlib.sha256(repr((versions.CURRENT, SIZE, *key)).encode()).hexdigest()[:24]
     path = folder / f"{name}.npy"

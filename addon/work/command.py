@@ -69,7 +69,7 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def report_of(options: argparse.Namespace) -> Report | None:
+def get_report(options: argparse.Namespace) -> Report | None:
     """Where a command tells its progress and its result, if another Blender has started it."""
     return None if options.report_to is None else Report(options.report_to)
 

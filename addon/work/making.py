@@ -48,8 +48,8 @@ class HasTarget:
         """Remember the object under the mouse of an event, else the active one and all that are selected, unless the
         caller has named one."""
         if not self.target:
-            dropped_on = None if event is None else targets.under_mouse(context, event)
-            (self.target, self.slot), *others = [dropped_on] if dropped_on else targets.selected(context)
+            dropped_on = None if event is None else targets.find_under_mouse(context, event)
+            (self.target, self.slot), *others = [dropped_on] if dropped_on else targets.list_selected(context)
             self.others = " ".join(str(each.item) for each in others)
 
     def all_targets(self) -> list[targets.Target]:

@@ -33,12 +33,12 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
         return work()
     name = hashlib.sha256(key.encode()).hexdigest()[:24]
     path = Path(os.environ[WORKERS_FOLDER], f"{name}.result")
-    with _locked(path):
+    with _hold_result(path):
         with contextlib.suppress(OSError):      # not there, or just forgotten by another process
             os.utime(path)
             known: _Result = pickle.loads(path.read_bytes())
             return known
-        with progress.listen_also(lambda fraction, doing: write_progress(_progress_of(path), fraction, doing)):
+        with progress.listen_also(lambda fraction, doing: write_progress(_progress_path(path), fraction, doing)):
             result = work()
         with contextlib.suppress(OSError), replace_file(path) as stream:
             pickle.dump(result, stream)
@@ -47,18 +47,18 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
 
 
 @contextlib.contextmanager
-def _locked(path: Path) -> Iterator[None]:
+def _hold_result(path: Path) -> Iterator[None]:
     """Hold the lock of a result; tell the progress of the process that has it until then."""
     with open(path.with_suffix(".lock"), "ab") as stream:
         while not _try_to_lock(stream.fileno()):
             other = Job[Any](None)
-            read_progress(_progress_of(path), other)
+            read_progress(_progress_path(path), other)
             progress.report(other.fraction, other.doing)
             time.sleep(_WAIT)
         yield                   # closing the file unlocks it
 
 
-def _progress_of(path: Path) -> Path:
+def _progress_path(path: Path) -> Path:
     return path.with_suffix(".progress")
 
 

@@ -19,7 +19,7 @@ from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.formats import time_and_size
 from ...fitter.imaging import pictures, plane_plot
-from ...fitter.imaging.packed_picture import SIZE, packed
+from ...fitter.imaging.packed_picture import SIZE, pack
 from ...fitter.library.ready import Ready
 from ...fitter.methods import extrapolation, tolerance
 from ...fitter.methods.regression_kriging import MAX_GAUSSIAN_PROCESS_SAMPLES
@@ -103,7 +103,7 @@ def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.
     return loaded
 
 
-def samples_of(data: Data) -> fitter.Samples:
+def load_samples(data: Data) -> fitter.Samples:
     """The samples of measurements. Raises DatasetError if they cannot be read any more, or are others."""
     measured = data.measured
     samples, now = _load(measured.path, measured.sample, json.loads(measured.how))
@@ -132,17 +132,17 @@ def outcome(path: str, sample: str | None, arguments: Arguments,
         raise fitter.ImplausibleError(f"{doubt} Choose what the numbers are, or import them as they are", path)
     share = _share_of_fit(samples, arguments)
     with progress.part(0.0, share, "Fitting"):
-        made = fitted(samples, measured.digest, arguments)
+        made = fit_once(samples, measured.digest, arguments)
     with progress.part(share, 1.0):
         return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {})
 
 
-def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
+def ready_outcome(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
     """What a material is made from, of a fit that was made beforehand, and where its measurements are."""
     samples, measured = _load(path, None, how)
     fitting = assess(samples, made.fit, 0.0)
     return Outcome(measured, fitting, verdict.judge(samples, made.fit, fitting.unseen),
-                   _assembled(made, measured.colours, {}))
+                   _assemble_surface(made, measured.colours, {}))
 
 
 def outcome_alone(made: fitter.Fit, space: str) -> Outcome:
@@ -191,7 +191,7 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
     if keep.is_file():
         fitting = assess(samples, fitter.Fit.load(keep), 0.0)
     else:
-        fitting = fitted(samples, measured.digest, arguments)
+        fitting = fit_once(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         fitting.fit.save(keep)
     made = fitter.edited(fitting.fit, **(edit or {}))
@@ -233,7 +233,7 @@ def _finish(samples: fitter.Samples, measured: Measurement, fitting: Fitted, mad
                    _surface(made, measured.colours, edit), describe.open_questions(samples))
 
 
-def adjusted(kept: EmbeddedFit, edit: Arguments) -> Surface:
+def edit_surface(kept: EmbeddedFit, edit: Arguments) -> Surface:
     """Edit the fit of a material anew. Raises ValueError if there is none, or an argument is wrong."""
     progress.report(0.0, "Editing")
     return _surface(fitter.edited(kept_fit(kept), **edit), kept.colours, edit)
@@ -246,36 +246,36 @@ def _surface(fit: fitter.Fit, space: str, edit: Arguments) -> Surface:
     progress.report(0.75, "Matching the viewport colour")
     made = Ready(fit, nodes, principled.principled(fit))
     progress.report(0.85, "Writing the shader")
-    return _assembled(made, space, edit)
+    return _assemble_surface(made, space, edit)
 
 
-def _assembled(made: Ready, space: str, edit: Arguments) -> Surface:
+def _assemble_surface(made: Ready, space: str, edit: Arguments) -> Surface:
     fit, nodes = made.fit, made.nodes
     return Surface(space, kept_bytes(fit), bake(fit, mixture=nodes.cycles), nodes, principled.albedo(fit),
-                   made.principled, packed(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
+                   made.principled, pack(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
 
 
-def fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
+def fit_once(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     """Fit samples with this digest, unless a worker has done it before. Raises ValueError."""
     whole = key, freeze(arguments)
     if whole not in _fits:
-        _fits[whole] = shared.once(f"fit {whole}", lambda: _fitted(samples, key, arguments))
+        _fits[whole] = shared.once(f"fit {whole}", lambda: _fit_and_judge(samples, key, arguments))
     return _fits[whole]
 
 
-def _fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
+def _fit_and_judge(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     start = time.perf_counter()
     share = 0.2 if _is_fine(arguments) else 0.5
     with progress.part(0.0, share):
-        prepared = _prepared(samples, key, arguments)
+        prepared = _prepare_fit(samples, key, arguments)
     with progress.part(share if prepared else 0.0, 0.95):
         made = fit(samples, arguments, prepared)
     fitting = assess(samples, made, time.perf_counter() - start)
     with progress.part(0.95, 1.0):
-        return fitting._replace(unseen=_unseen(samples, fitting, arguments, prepared))
+        return fitting._replace(unseen=_unseen_error(samples, fitting, arguments, prepared))
 
 
-def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
+def _unseen_error(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
     """`verdict.lightness_error` at samples that the fit had not seen, where that takes no longer than the fit; else
     UNKNOWN.
 
@@ -297,7 +297,7 @@ def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prep
     return verdict.unseen_error(samples, lambda part: fit(part, arguments))
 
 
-def _prepared(samples: fitter.Samples, key: str, arguments: Arguments) -> Arguments:
+def _prepare_fit(samples: fitter.Samples, key: str, arguments: Arguments) -> Arguments:
     """The part of a fit that does not depend on its levels, cached for other fits of the same samples."""
     if "method" not in arguments:
         return {}
@@ -322,16 +322,16 @@ def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
 
 
 def fitted_of(data: Data, arguments: Arguments) -> Fitted:
-    """As `fitted`."""
-    return fitted(samples_of(data), data.digest, arguments)
+    """As `fit_once`."""
+    return fit_once(load_samples(data), data.digest, arguments)
 
 
 def held_out(data: Data, arguments: Arguments) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
-    samples, folds = samples_of(data), iter(range(cross_validation.FOLD_COUNT))
+    samples, folds = load_samples(data), iter(range(cross_validation.FOLD_COUNT))
     if "tolerance" in arguments:
         progress.report(0.0, "Fitting")
-        arguments = tolerance.fit_arguments(fitted(samples, data.digest, arguments).fit)
+        arguments = tolerance.fit_arguments(fit_once(samples, data.digest, arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
@@ -362,7 +362,7 @@ def polar_plot(fits: Sequence[Reaching], data: Data | None, theta_i: float,
     nan without measurements. Raises ValueError if there is no fit."""
     progress.report(0.0, "Drawing")
     plotted = [plane_plot.Plotted(fit_of(shown), shown.colours, reaches) for shown, reaches in fits]
-    return pictures.polar_plot(plotted, None if data is None else samples_of(data), theta_i, phi_i=phi_i)
+    return pictures.polar_plot(plotted, None if data is None else load_samples(data), theta_i, phi_i=phi_i)
 
 
 def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
@@ -372,7 +372,7 @@ def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
 
 def near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
     """As `plane_plot.near_plane`."""
-    return plane_plot.near_plane(samples_of(data), theta_i, phi_i)
+    return plane_plot.near_plane(load_samples(data), theta_i, phi_i)
 
 
 def kept_fit(kept: EmbeddedFit) -> fitter.Fit:

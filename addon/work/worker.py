@@ -51,9 +51,9 @@ def serve(package: str, folder: Path) -> None:
             answer = None, error
         part = folder / f"{number}.part"
         try:
-            part.write_bytes(_pickled(answer))
+            part.write_bytes(_pickle(answer))
         except OSError as error:        # a full disk has room for this
-            part.write_bytes(_pickled((None, OSError(error.errno, error.strerror, str(folder)))))
+            part.write_bytes(_pickle((None, OSError(error.errno, error.strerror, str(folder)))))
         os.replace(part, folder / f"{number}.done")
 
 
@@ -80,7 +80,7 @@ def leave(folder: str) -> NoReturn:
     os._exit(1)
 
 
-def _pickled(answer: tuple[object, Exception | None]) -> bytes:
+def _pickle(answer: tuple[object, Exception | None]) -> bytes:
     try:
         return pickle.dumps(answer)
     except Exception as error:          # some exceptions of other libraries cannot be pickled

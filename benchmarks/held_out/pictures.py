@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 
-from fitter.imaging.pictures import SPHERE_LIGHTS, lit_sphere, reflected, sphere
+from fitter.imaging.pictures import SPHERE_LIGHTS, lit_sphere, reflected_light, sphere
 from fitter.storage.files import replace_file
 
 from ..report.methods import METHODS
@@ -45,7 +45,7 @@ def write(found, models, out):
 def exposed(reference, lights):
     """The lights, all made stronger or weaker, so that a sphere of the reference is neither black nor white."""
     normal, _, _ = sphere(32)
-    radiance = sum(np.pi * strength * reflected(reference, normal, direction) for direction, strength in lights)
+    radiance = sum(np.pi * strength * reflected_light(reference, normal, direction) for direction, strength in lights)
     brightest = radiance.max(axis=1)
     middle = np.median(brightest[brightest > 0]) if brightest.any() else _MIDDLE
     exposure = np.clip(_MIDDLE / middle, *_EXPOSURES)

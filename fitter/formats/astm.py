@@ -63,11 +63,11 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     in_degrees = reading.angles == "degrees" if reading.angles else (
         columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles)))
 
-    def line_of(row: int) -> int:
+    def row_line(row: int) -> int:
         return nth_line(content, columns.start, row)
 
-    check_thetas(angles[:, [0, 2]], line_of, path, in_degrees)
-    check_azimuths(angles[:, [1, 3]], line_of, path)
+    check_thetas(angles[:, [0, 2]], row_line, path, in_degrees)
+    check_azimuths(angles[:, [1, 3]], row_line, path)
     directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
     notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
     quantity = QUANTITIES[reading.quantity or "brdf"]

@@ -80,10 +80,10 @@ def read(path: str | Path, content: bytes, sample: str | int | None = None) -> S
             columns.append(_values(member, text, member_rows[number]))
     theta_v, phi_v, theta_i, phi_i = geometry().T
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path),
-                   saturated=_overflowed(path, number))
+                   saturated=_read_overflow(path, number))
 
 
-def _overflowed(path: Path, number: int) -> BoolArray | None:
+def _read_overflow(path: Path, number: int) -> BoolArray | None:
     """Which measurements of a sample overflowed the camera in any channel: (205,); None if no file beside says it."""
     overflowed: BoolArray | None = None
     for letter in RGB:

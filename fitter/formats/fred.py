@@ -55,11 +55,11 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     angles = table[:, :4] * (_FRED_UNITS[settings["angles"]])
     signed = np.abs(angles[:, [0, 2]])
 
-    def line_of(row: int) -> int:
+    def row_line(row: int) -> int:
         return line_number(content, at[row])
 
-    check_thetas(np.degrees(signed), line_of, path, in_degrees=True)
-    check_azimuths(table[:, [1, 3]], line_of, path)
+    check_thetas(np.degrees(signed), row_line, path, in_degrees=True)
+    check_azimuths(table[:, [1, 3]], row_line, path)
     theta_i, theta_o = signed.T
     # where the light is: opposite to where it is mirrored to; a negative polar angle is on the other side
     phi_i = angles[:, 1] + np.pi * (angles[:, 0] < 0)

@@ -93,11 +93,11 @@ def unit_of(text: str) -> str | None:
     >>> unit_of("degrees"), unit_of("sr^-1"), unit_of("sr\u207b\u00b9"), unit_of("\u00b5m"), unit_of("gold")
     ('deg', '1/sr', '1/sr', 'um', None)
     """
-    bare = re.sub(r"[\s^*{}\u00b7\[\]()]", "", _folded(text).lower())
+    bare = re.sub(r"[\s^*{}\u00b7\[\]()]", "", _fold(text).lower())
     return _UNITS.get(bare)
 
 
-def _folded(text: str) -> str:
+def _fold(text: str) -> str:
     """Letters as they are in ASCII, as far as they are: subscripts, Greek letters, the signs of degrees."""
     if text.isascii():
         return text
@@ -116,7 +116,7 @@ def parse(name: str) -> Name:
     >>> parse("ThetaI [deg]").words, parse("\u03b8\u1d63 (\u00b0)").unit, parse("Incident Angle, deg")[:2]
     (('theta', 'i'), 'deg', (('incident', 'angle'), 'deg'))
     """
-    text = _folded(name[:_LONGEST]).strip()
+    text = _fold(name[:_LONGEST]).strip()
     unit = None
     for pattern in (_BRACKETED, _UNIT_AFTER):
         match = pattern.fullmatch(text) if pattern is _BRACKETED else pattern.fullmatch(text.lower())

@@ -51,11 +51,11 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                            f"theta_i phi_i theta_s phi_s and a value for each wavelength", path, line(len(values) - 1))
     table = values[1 + bands:].reshape(rows, columns)
 
-    def line_of(row: int) -> int | None:
+    def row_line(row: int) -> int | None:
         return line(1 + bands + row * columns)
 
-    check_thetas(table[:, [0, 2]], line_of, path)
-    check_azimuths(table[:, [1, 3]], line_of, path)
+    check_thetas(table[:, [0, 2]], row_line, path)
+    check_azimuths(table[:, [1, 3]], row_line, path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
     directions = map_directions(np.copy, table[:, :4].T)
     del values, table           # they may take more memory than the file

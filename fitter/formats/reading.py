@@ -90,7 +90,7 @@ def _lower(text: str) -> str:
     return text if text[1:2].isupper() else text[0].lower() + text[1:]
 
 
-def one_of(option: str, value: object, expected: tuple[object, ...]) -> None:
+def check_choice(option: str, value: object, expected: tuple[object, ...]) -> None:
     """Raise `DatasetError` unless the value of an option is one of those expected."""
     if value not in expected:
         names = tuple(map(str, expected))
@@ -169,7 +169,7 @@ class Reading:
         for name, option in OPTIONS.items():
             value = getattr(self, name)
             if option.values and (value is not None or option.default is not None):
-                one_of(name, value, option.values)
+                check_choice(name, value, option.values)
         if self.columns is not None and not (isinstance(self.columns, str)
                                              and 0 < len(self.columns.strip(", ")) < LONGEST_COLUMNS):
             raise DatasetError(f"columns {str(self.columns)[:40]!r} found, expected names, such as "

@@ -43,7 +43,7 @@ def averaged(directions: FloatArray, values: FloatArray,
     bright = several & (size >= np.median(size[several]))
     usual = float(np.sqrt(np.median(squares[bright] / (count[bright] - 1))))
     return (directions[first[as_written]], mean[as_written], deviation[as_written],
-            (note, *(_differing(values, group) or _scattered(usual))))
+            (note, *(_differing(values, group) or _scatter_question(usual))))
 
 
 def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
@@ -63,7 +63,7 @@ def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
             f"{times.max():,.3g}: is one of another sample, or in another unit?",)
 
 
-def _scattered(usual: float) -> tuple[str, ...]:
+def _scatter_question(usual: float) -> tuple[str, ...]:
     return (f"Half of the bright ones scatter by {usual:.0%} or more: are several samples in one table?",) * (
         usual > _MOST_SCATTER)
 

@@ -186,7 +186,7 @@ def _reflect_above_horizon(theta: float, phi: float, u_x: FloatArray, u_y: Float
     are. Of a column where the half vector is the normal, the first.
     """
     theta_i = np.full_like(u_x, theta)
-    theta_o, phi_o = _reflected(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
+    theta_o, phi_o = _mirror_directions(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
     which = np.cos(theta_o) > _RGL_HORIZON
     which[1:] &= u_x[1:] > 0
     return select_directions((theta_i, np.full_like(u_x, phi), theta_o, phi_o + phi), which), which
@@ -216,7 +216,7 @@ def _bilinear(table: FloatArray, u_x: FloatArray, u_y: FloatArray, index: IntArr
             + b * ((1 - a) * table[(*at, j + 1, i)] + a * table[(*at, j + 1, i + 1)]))
 
 
-def _reflected(theta_i: FloatArray, theta_h: FloatArray, phi_h: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _mirror_directions(theta_i: FloatArray, theta_h: FloatArray, phi_h: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The direction (theta_o, phi_o) into which half vectors mirror (theta_i, 0); theta_o up to pi."""
     x, y, z = np.sin(theta_h) * np.cos(phi_h), np.sin(theta_h) * np.sin(phi_h), np.cos(theta_h)
     cosine = np.sin(theta_i) * x + np.cos(theta_i) * z

@@ -58,7 +58,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if not recognises(content):
         raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
     stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)
-    values = np.moveaxis(_decoded(stored, reading.encoding), 0, -1).copy()      # (theta_i, phi_i, theta_o, phi_o, 3)
+    values = np.moveaxis(_decode(stored, reading.encoding), 0, -1).copy()       # (theta_i, phi_i, theta_o, phi_o, 3)
     values[0, 0] = values[0].mean(axis=0)
     values[:, :, 0, 0] = values[:, :, 0].mean(axis=2)
     distinct = np.ones(values.shape[:-1], dtype=bool)
@@ -71,7 +71,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],)), reading)
 
 
-def _decoded(stored: FloatArray, encoding: str) -> FloatArray:
+def _decode(stored: FloatArray, encoding: str) -> FloatArray:
     """The BRDF of what is stored, with one of `_NOTES`; of any shape.
 
     Examples

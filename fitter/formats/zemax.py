@@ -111,8 +111,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                            f"{header.words['SpectralContent']}", path)
     shape = [len(header.angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
     values = (np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]).reshape(*shape, expected)
-    notes = _beside_totals(header, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))    # Y of XYZ
-    measured = _measured(values, header.angles["ScatterRadial"] == 0)
+    notes = _totals_note(header, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))      # Y of XYZ
+    measured = _is_measured(values, header.angles["ScatterRadial"] == 0)
     directions = _directions(header, measured)
     if not measured.any():
         raise DatasetError("no measurement above the horizon: all values are 0", path)
@@ -129,7 +129,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     return _both_sides(samples) if symmetrical else samples
 
 
-def _measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
+def _is_measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
     """Which values are not 0: (rotation, incidence, azimuth, radial); of the mirrored ray only one, which gets their
     mean.
     """
@@ -167,7 +167,7 @@ def _both_sides(samples: Samples) -> Samples:
     return replace(both, phi_o=phi_o, notes=(*samples.notes, note))
 
 
-def _beside_totals(header: _Header, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
+def _totals_note(header: _Header, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
     """A note where the TIS of the file and the integral of its values differ, of the incidence that differs most.
 
     Parameters

@@ -47,13 +47,13 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
     if lights:
         radiance = np.zeros((len(normal), 3))
         for direction, strength in lights:
-            radiance += np.pi * strength * reflected(fit, normal, direction)
+            radiance += np.pi * strength * reflected_light(fit, normal, direction)
     else:
         radiance = np.broadcast_to(studio.on_sphere(fit, normal), (len(normal), 3))
     linear = radiance @ conversion(colours, DEFAULT_COLOURS).T
     canvas = Canvas(size)
     canvas.picture[..., :3] = 0
-    canvas.picture[inside, :3] = srgb(linear if lights else studio.developed(linear))
+    canvas.picture[inside, :3] = srgb(linear if lights else studio.develop(linear))
     canvas.picture[..., 3] = cover
     # pixels of the edge whose middle is outside would else darken it
     edge = np.argwhere((cover > 0) & ~inside)
@@ -79,7 +79,7 @@ def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     radiance = np.broadcast_to(studio.on_sphere(fit, normal.reshape(-1, 3)), (size * size, 3))
     picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[..., :3] = srgb(studio.developed(radiance)).reshape(size, size, 3)
+    picture[..., :3] = srgb(studio.develop(radiance)).reshape(size, size, 3)
     beyond = [np.abs(axis) + 0.012 * np.sin(9 * other) - _HEM for axis, other in ((x, y), (y, x))]
     picture[..., 3] = np.clip(0.5 - np.maximum(*beyond) * size / 2, 0, 1)
     return picture
@@ -160,7 +160,7 @@ def sphere(size: int) -> tuple[FloatArray, BoolArray, FloatArray]:
     return normal, inside, np.clip((1 - np.sqrt(r2)) * 0.48 * size + 0.5, 0, 1)
 
 
-def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> FloatArray:
+def reflected_light(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> FloatArray:
     """What a surface reflects of a light far away toward the view (0, 0, 1): f cos theta_i, not below 0.
 
     Parameters

@@ -118,14 +118,14 @@ def curves(fits: Sequence[Plotted], evaluated: Sequence[tuple[FloatArray, FloatA
         near = samples if number == 0 else None
         colors = _RGB_LINES if values.shape[1] == len(_RGB_LINES) else _GREY_LINE
         if len(fits) > 1:
-            values, colors = _grey(values, colours), PAIR[number:number + 1]
-            near = None if near is None else (near[0], _grey(near[1], colours))
+            values, colors = _plot_luminance(values, colours), PAIR[number:number + 1]
+            near = None if near is None else (near[0], _plot_luminance(near[1], colours))
         is_guess = extrapolation.is_extrapolated_in_any(np.full(len(at), theta_i), np.abs(at), reaches)
         made.append(Curve(at, values, colors, is_guess, near))
     return made
 
 
-def _grey(values: FloatArray, space: str) -> FloatArray:
+def _plot_luminance(values: FloatArray, space: str) -> FloatArray:
     """The luminance, (n, 1) at least 0, of values in a colour space, (n, channels)."""
     return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), space), 0)[:, None]
 

@@ -73,7 +73,7 @@ def _step(first: float, last: float, value: FloatArray) -> FloatArray:
     return np.asarray(share ** 2 * (3 - 2 * share))
 
 
-def developed(linear: FloatArray) -> FloatArray:
+def develop(linear: FloatArray) -> FloatArray:
     """Linear values (..., 3) as the picture has them: the brightest channel goes by x (1 + a x) / (1 + b x), which
     keeps dark paints legible and white ones and metals within the picture, and the others with it, which keeps the hue.
 
@@ -91,10 +91,10 @@ def on_sphere(fit: Reflectance, normal: FloatArray) -> FloatArray:
 
     The tangent of an anisotropic material goes around the vertical axis.
     """
-    return under_skies(fit, normal, (radiance,))[0]
+    return sky_radiances(fit, normal, (radiance,))[0]
 
 
-def under_skies(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) -> FloatArray:
+def sky_radiances(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) -> FloatArray:
     """The same under several skies, (skies, n, channels), in the time of one."""
     isotropic = is_isotropic(fit)
     angles, sectors = (_ANGLES, _STUDIO_SECTORS) if isotropic else (_FEW_ANGLES, _FEW_SECTORS)
@@ -190,9 +190,9 @@ def _half_vectors(count: int, turns: int) -> tuple[FloatArray, FloatArray]:
                              (np.arange(turns * _CELL_PARTS) + 0.5) / (turns * _CELL_PARTS) * 2 * np.pi, indexing="ij")
     h = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
     size = np.broadcast_to((-np.diff(np.cos(edges)) * 2 * np.pi / (turns * _CELL_PARTS))[:, None], theta.shape)
-    return (_in_cells(h.reshape(count, _CELL_PARTS, turns, _CELL_PARTS, 3)).reshape(count * turns, -1, 3),
-            _in_cells(size.reshape(count, _CELL_PARTS, turns, _CELL_PARTS)).reshape(count * turns, -1))
+    return (_arrange_cells(h.reshape(count, _CELL_PARTS, turns, _CELL_PARTS, 3)).reshape(count * turns, -1, 3),
+            _arrange_cells(size.reshape(count, _CELL_PARTS, turns, _CELL_PARTS)).reshape(count * turns, -1))
 
 
-def _in_cells(parts: FloatArray) -> FloatArray:
+def _arrange_cells(parts: FloatArray) -> FloatArray:
     return np.swapaxes(parts, 1, 2).copy()

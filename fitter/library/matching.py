@@ -1,9 +1,9 @@
 """Which materials of the library a photograph of a ball may show, once each has been brought as near as it can be.
 
 The light is taken for a window somewhere and an even sky, both of unknown brightness: a photograph says nothing of its
-exposure. Balls of all materials are computed under each (`studio.under_skies`), and the two brightnesses that suit the
-photograph best are solved for; so is, of a few, the place of the window, which is the same for all materials. Errors
-are relative ones of values to the power of a third, near enough: they weigh the photograph by its power of -2/3.
+exposure. Balls of all materials are computed under each (`studio.sky_radiances`), and the two brightnesses that suit
+the photograph best are solved for; so is, of a few, the place of the window, which is the same for all materials.
+Errors are relative ones of values to the power of a third, near enough: they weigh the photograph by its power of -2/3.
 
 What brings a material nearer is how much brighter, in each channel, its diffuse part and its highlight would have to
 be, as `editing.edited` has them.
@@ -112,7 +112,7 @@ def find_nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple
     found: dict[str, list[Match]] = {name: [] for name in names}
     for number, material in enumerate(materials):
         progress.report(number / len(materials), material.label)
-        shown = studio.under_skies(_Split(material.model), normal, (_even_light, *map(_sky, names)))
+        shown = studio.sky_radiances(_Split(material.model), normal, (_even_light, *map(_sky, names)))
         for name, lit in zip(names, shown[1:], strict=True):
             found[name].append(_match(material, shown[0], lit, values, weight))
     best = min(names, key=lambda name: min(each.error for each in found[name]))

@@ -30,10 +30,10 @@ from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import node_tree
 from .lamp import Lamp
-from .light_objects import light_of
+from .light_objects import get_light
 from .world_lights import bright_spots
 
-__all__ = ["in_scene", "is_main_thread_free", "node_tree", "register", "sky_moves", "unregister", "update"]
+__all__ = ["is_main_thread_free", "list_lamps", "node_tree", "register", "sky_moves", "unregister", "update"]
 
 _Listed = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""
@@ -43,7 +43,7 @@ _object_order: dict[int, list[int | None]] = {}     # by carrier: the session_ui
 _is_due = threading.Event()                         # an update was postponed, or the data have been replaced
 
 
-def in_scene(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
+def list_lamps(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
     """The lamps of an evaluated scene that give light, as the shader takes them, by rank.
 
     At most as many as the shader of this version takes. Bright places of the world count as suns.
@@ -85,7 +85,7 @@ def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     readers = carrier.readers(trees) if changed.structure else set()
     own = carrier.scene_carrier(scene, make=is_free and len(readers) > 0)
     listed = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)[:max(map(group.capacity, trees))]
-    for each in [*([own] if own is not None else []), *carrier.linked()]:
+    for each in [*([own] if own is not None else []), *carrier.linked_carriers()]:
         _write(each, listed, not_none(depsgraph.view_layer))
     if own is not None and changed.structure:
         carrier.point(scene, own, readers)
@@ -101,7 +101,7 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
     listed: _Listed = [(lamp.from_light(light, item.matrix_world), item) for item in lights
-                       if (light := light_of(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
+                       if (light := get_light(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
     listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
     listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
                for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]
@@ -115,7 +115,7 @@ def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer)
     wanted = {_identity(item): drivers.driver_expressions(not_none(item.original), layer) for _, item in listed
               if item is not None and names[item.name] == 1}
     if any(wanted.values()):
-        listed = _in_order_of(_object_order.get(held.session_uid, []), listed)
+        listed = _keep_order(_object_order.get(held.session_uid, []), listed)
     _object_order[held.session_uid] = [_identity(item) for _, item in listed]
     sources = {(number, index): (expression, item) for number, (_, item) in enumerate(listed, 1) if item is not None
                for index, expression in wanted.get(_identity(item), {}).items()}
@@ -124,7 +124,7 @@ def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer)
     carrier.store(held, [known for known, _ in listed], driven)
 
 
-def _in_order_of(before: list[int | None], listed: _Listed) -> _Listed:
+def _keep_order(before: list[int | None], listed: _Listed) -> _Listed:
     """The lamps in the order of the last write, if they are the same ones.
 
     Exchanging drivers because one lamp is now brighter than another would make Blender rebuild its relations.

@@ -55,7 +55,7 @@ def scene_carrier(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | Non
     return carrier
 
 
-def linked() -> list[bpy.types.Texture]:
+def linked_carriers() -> list[bpy.types.Texture]:
     """The carriers of other files, and overrides of them."""
     return [item for item in bpy.data.textures if item.get(LAMP_COUNT) is not None and not is_local(item)]
 
@@ -106,7 +106,7 @@ def store(carrier: bpy.types.Texture, lamps: Sequence[Lamp], driven: Collection[
 def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collection[bpy.types.Object]) -> None:
     """Point all objects that read lamps and belong to the scene, or point to no scene's carrier, to this one; no other
     object keeps a pointer."""
-    here = _objects_of(scene)
+    here = _scene_objects(scene)
     carriers = [each[POINTER] for each in bpy.data.scenes if each.get(POINTER) is not None]
     for item in bpy.data.objects:
         if item.library is not None or item.override_library is not None:
@@ -121,7 +121,7 @@ def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collectio
             item.update_tag(refresh={"OBJECT"})
 
 
-def _objects_of(scene: bpy.types.Scene) -> set[bpy.types.Object]:
+def _scene_objects(scene: bpy.types.Scene) -> set[bpy.types.Object]:
     """The objects of a scene and of the collections that they are instances of. `Depsgraph.ids` would have those of
     geometry nodes too, but Blender crashes where some of them have just been removed, as `group.merge` does."""
     found: set[bpy.types.Object] = set()

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import bpy
 
 from . import carrier, lamp
-from .light_objects import light_of
+from .light_objects import get_light
 
 Place = tuple[int, int]
 """The number of a lamp, from 1, and the index of one of its five values."""
@@ -33,7 +33,7 @@ def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> di
     """
     # the matrix of an object that is hidden in the viewport is not evaluated there
     moves = can_move(item) or not item.visible_get(view_layer=layer)
-    light = light_of(item)
+    light = get_light(item)
     changes = is_animated(light)
     expressions = lamp.expressions(light)
     indices = [*(_POSITION_INDICES if moves else ()), *([_STRENGTH] if changes else ())]

@@ -50,7 +50,7 @@ def bright_spots(world: bpy.types.World | None) -> list[Spot]:
             bright.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
         elif node.type == "TEX_ENVIRONMENT" and node.projection == "EQUIRECTANGULAR" and node.image is not None:
             bright += [Spot(_to_world(node, direction), radius, light * strength)
-                       for direction, radius, light in _in_image(node.image.original)]
+                       for direction, radius, light in _image_spots(node.image.original)]
     return bright
 
 
@@ -84,18 +84,18 @@ def _to_world(node: bpy.types.Node, direction: Vector3) -> Vector3:
     return x, y, z
 
 
-def _in_image(image: bpy.types.Image) -> list[Spot]:
+def _image_spots(image: bpy.types.Image) -> list[Spot]:
     """The `spots` of an image, searched for anew where its file, size or colour space is another, or pixels were
     changed. Blender does not tell that they were changed again: that is noticed when the image is saved.
     """
     path = bpy.path.abspath(image.filepath, library=image.library)
-    return _searched(image.session_uid, path, time_and_size(path), image.is_dirty, image.colorspace_settings.name,
-                     *image.size)
+    return _search_image(image.session_uid, path, time_and_size(path), image.is_dirty, image.colorspace_settings.name,
+                         *image.size)
 
 
 @lru_cache(maxsize=_MAX_IMAGES)
-def _searched(session_uid: int, _path: str, _stamp: tuple[int, int] | None, _is_dirty: bool, _colours: str,
-              width: int, height: int) -> list[Spot]:
+def _search_image(session_uid: int, _path: str, _stamp: tuple[int, int] | None, _is_dirty: bool, _colours: str,
+                  width: int, height: int) -> list[Spot]:
     image = next(each for each in bpy.data.images if each.session_uid == session_uid)
     if image.source not in {"FILE", "GENERATED"} or not 0 < width * height <= _MAX_PIXELS:
         return []

@@ -60,14 +60,14 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
     export = _export_node(not_none(material.node_tree))
     if export is not None:
         fitted = inputs(surface.principled, lambda color: scene_color(surface, color))
-        export[_SHOWN] = {**_written(export), _ALBEDO_VALUE: tuple(albedo)}
+        export[_SHOWN] = {**_last_written(export), _ALBEDO_VALUE: tuple(albedo)}
         export[_FITTED] = {**fitted, _ALBEDO_VALUE: tuple(albedo)}
         follow(material, node)
 
 
 def mix(material: bpy.types.Material, node: bpy.types.Node) -> None:
     """Make the Principled BSDF of a mix that `node` shows, between those of its materials."""
-    if _blended(node, material, lambda socket: _product(socket).constant):
+    if _blend_values(node, material, lambda socket: _product(socket).constant):
         _export_node(not_none(material.node_tree))
         follow(material, node)
 
@@ -82,9 +82,9 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
     _follow_normal(tree, node, export)
     _follow_displacement(tree, export)
     products = _products(node)
-    key = repr((_blended(node, material, lambda socket: _factor(socket, products, {})),
+    key = repr((_blend_values(node, material, lambda socket: _factor(socket, products, {})),
                 [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
-                _lost(node)))
+                _list_losses(node)))
     if key == export.get(_EXPORT_KEY) and not again:
         return
     found = evaluate(material, node)
@@ -133,7 +133,7 @@ def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
     def read(socket: bpy.types.NodeSocket) -> FloatArray:
         return _factor(socket, products, seen)
 
-    values, lost, tint = _blended(node, material, read, fitted), _lost(node), np.ones(3)
+    values, lost, tint = _blend_values(node, material, read, fitted), _list_losses(node), np.ones(3)
     for name in ("Tint", "Strength"):
         tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
     if values:
@@ -157,7 +157,7 @@ def losses(material: bpy.types.Material) -> list[str]:
     return [line for line in export.get(_LOST, "").split("\n") if line]
 
 
-def is_baked_of(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bool:
+def uses_images(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bool:
     """Whether what is exported of a measured group or a mix is made of any of these images."""
     names = {image.name for image in images}
     return any(picture.key[0] in names for socket in _factors(node) for picture in _product(socket).pictures)
@@ -188,14 +188,14 @@ def scene_color(surface: Surface, color: FloatArray) -> FloatArray:
 def _factors(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
     """The inputs that change what is exported of a measured group or of a mix, also of the mixes inside of it."""
     yield from (node.inputs[name] for name in ("Tint", "Strength") if name in node.inputs)
-    yield from _shares(node)
+    yield from _share_sockets(node)
 
 
-def _shares(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
+def _share_sockets(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
     if mixing.mixes.is_mix(node.node_tree):
         yield mixing.mixes.factor(node)
         for part in mixing.mixes.nodes(node):
-            yield from _shares(part)
+            yield from _share_sockets(part)
 
 
 def _product(socket: bpy.types.NodeSocket) -> Product:
@@ -215,8 +215,8 @@ def _factor(socket: bpy.types.NodeSocket, products: dict[int, Product], seen: di
     return value
 
 
-def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
-             fitted: Callable[[bpy.types.Material], _Values] | None = None) -> _Values:
+def _blend_values(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
+                  fitted: Callable[[bpy.types.Material], _Values] | None = None) -> _Values:
     """The values of what a measured group or a mix shows, by name: (1 or 3,) or (height, width, 1 or 3); none where
     a material of a mix has been deleted, or has no exported surface."""
     if not mixing.mixes.is_mix(node.node_tree):
@@ -225,7 +225,7 @@ def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _R
             return {}
         return _own(export, dict(export[_FITTED].items()) if fitted is None else fitted(material))
     parts, share = mixing.mixes.parts(node), np.clip(read(mixing.mixes.factor(node)), 0, 1)
-    below, above = (_blended(part, of, read, fitted)
+    below, above = (_blend_values(part, of, read, fitted)
                     for part, of in zip(mixing.mixes.nodes(node), parts[:2], strict=True))
     return {name: (1 - weight) * below[name] + weight * above[name] for name in below if name in above
             for weight in [share if len(below[name]) == 3 else share[..., :1]]}
@@ -233,7 +233,7 @@ def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _R
 
 def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
     """The values of a fit, and what the user has changed of them."""
-    written, values = _written(export), {}
+    written, values = _last_written(export), {}
     for name, value in fitted.items():
         is_own = name == _ALBEDO_VALUE or _is_as_written(export, name, written)
         own = value if is_own else export.inputs[name].default_value
@@ -241,7 +241,7 @@ def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
     return values
 
 
-def _written(export: bpy.types.Node) -> _Values:
+def _last_written(export: bpy.types.Node) -> _Values:
     """The values that were last written."""
     return dict(export.get(_SHOWN, {}).items())
 
@@ -279,7 +279,7 @@ def _mean(value: FloatArray) -> Any:
     return (*mean.tolist(), 1.0) if len(mean) == 3 else float(mean[0])
 
 
-def _lost(node: bpy.types.Node) -> list[str]:
+def _list_losses(node: bpy.types.Node) -> list[str]:
     lost, placements = [], []
     for socket in _factors(node):
         try:
@@ -415,7 +415,7 @@ def _connect(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy
 
 def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
     """Set inputs; what a user has changed since they were last set stays."""
-    written = _written(node)
+    written = _last_written(node)
     for name, value in values.items():
         if _is_as_written(node, name, written):
             node.inputs[name].default_value = written[name] = value
@@ -424,7 +424,7 @@ def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
 
 def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:
     """Set the colour in the Solid viewport, unless the user has."""
-    before = _written(export)
+    before = _last_written(export)
     if _ALBEDO_VALUE not in before or np.allclose(before[_ALBEDO_VALUE], material.diffuse_color[:3], atol=1e-6):
         material.diffuse_color = albedo
         export[_SHOWN] = {**before, _ALBEDO_VALUE: albedo[:3]}

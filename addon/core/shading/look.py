@@ -117,10 +117,10 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
     scene.view_settings.view_transform = "Standard" if lighting == STUDIO else "AgX"
     scene.world = world if lighting == WORLD else _sky() if lighting == SKY else _dim()
     if shape == BALL:
-        _add(scene, _SUBJECT, _lathe(_ball_profile())).matrix_world = _placed(_BALL_AT, _TILT)
+        _add(scene, _SUBJECT, _lathe(_ball_profile())).matrix_world = _placement(_BALL_AT, _TILT)
         _add(scene, _SUBJECT, _lathe(_stand_profile()))
     else:
-        _add(scene, _SUBJECT, sphere()).matrix_world = _placed(1.0, 0.0)
+        _add(scene, _SUBJECT, sphere()).matrix_world = _placement(1.0, 0.0)
     if lighting != WORLD:
         _add(scene, _FLOOR_NAME, _backdrop() if lighting == STUDIO else _plane())
     if lighting == STUDIO:
@@ -137,7 +137,7 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> 
         if item.name.startswith(_SUBJECT):
             item.material_slots[0].material = material
     scene.render.filepath = str(path)
-    with _reported():
+    with _report_progress():
         bpy.ops.render.render(write_still=True, scene=scene.name)
     if not path.read_bytes().endswith(_PNG_END):    # Blender does not tell
         raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
@@ -148,7 +148,7 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> 
 
 
 @contextmanager
-def _reported() -> Iterator[None]:
+def _report_progress() -> Iterator[None]:
     here = copy_context()
 
     @persistent
@@ -171,7 +171,7 @@ def _add(scene: bpy.types.Scene, name: str, mesh: bpy.types.Mesh) -> bpy.types.O
     return item
 
 
-def _placed(height: float, tilt: float) -> Matrix:
+def _placement(height: float, tilt: float) -> Matrix:
     return Matrix.Translation((0, 0, height)) @ Matrix.Rotation(tilt, 4, "X")
 
 
@@ -243,11 +243,11 @@ def _floor(places: list[tuple[float, float, float]], faces: list[tuple[int, int,
     mesh.from_pydata(places, [], faces)
     for polygon in mesh.polygons:
         polygon.use_smooth = True
-    mesh.materials.append(_grey())
+    mesh.materials.append(_floor_material())
     return mesh
 
 
-def _grey() -> bpy.types.Material:
+def _floor_material() -> bpy.types.Material:
     material = bpy.data.materials.new(_FLOOR_NAME)
     if bpy.app.version < (5, 0, 0):             # since then every material does
         material.use_nodes = True

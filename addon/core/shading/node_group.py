@@ -53,14 +53,15 @@ _LEAST_SCALE = 1e-6
 _SAME_ERRORS = 1e-4         # of errors, relative: the same mixture is not the same to the last digit
 
 
-def shared(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
+def find_or_create(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
     """A node group of this file, other than `unlike`, that renders the same fit with the same version of the shader;
     else a new one.
 
     One in which a user has compiled another shader, or has added or removed something, is not shared. Raises as
     `create` does.
     """
-    alike = (tree for tree in bpy.data.node_groups if tree.library is None and tree != unlike and _is_of(tree, shader))
+    alike = (tree for tree in bpy.data.node_groups
+             if tree.library is None and tree != unlike and _renders(tree, shader))
     return next(alike, None) or create(shader, name)
 
 
@@ -93,7 +94,7 @@ def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
             + _SOCKET * sockets + _LINK * len(tree.links))
 
 
-def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
+def _renders(tree: bpy.types.NodeTree, shader: Shader) -> bool:
     """Whether a group is as `create` makes it of a shader, as far as can be told."""
     script = script_node(tree)
     return (script is not None and bool(shader.fit) and kept_fit(tree) == shader.fit
@@ -117,7 +118,7 @@ def make(fit: Fit) -> bpy.types.NodeTree:
     return create(compile_shader(bake(fit, mixture=nodes.cycles), nodes, fit.to_bytes()))
 
 
-def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
+def unused_groups(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
     """The group and the groups that it shared with others, if nothing uses them; empty for a group in use, and for
     None."""
     # user counts will not do: Blender 4.2 counts the groups of copied materials twice

@@ -309,7 +309,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     dots = np.radians([10.0, 20.0]), np.full((2, 1), 0.1), math.radians(40)
     monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: SimpleNamespace(finished=1.0, result=dots))
     monkeypatch.setattr(pictures, "near_plane", lambda *_: dots)
-    monkeypatch.setattr(tasks, "samples_of", lambda _data: "samples")
+    monkeypatch.setattr(tasks, "load_samples", lambda _data: "samples")
     stage.begin()
     answer()
     stage.send("TIMER")

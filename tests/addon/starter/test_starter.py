@@ -157,7 +157,7 @@ def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, 
     assert rendered.in_scene(item, bpy.context.scene).how == "NODES"
     assert "not compiled" in rendered.in_scene(item, bpy.context.scene).why
     assert not rendered.in_scene(item, bpy.context.scene).can_enable
-    assert rendered.in_words(rendered.in_scene(item, bpy.context.scene)) == "Nodes: not compiled yet"
+    assert rendered.rendering_words(rendered.in_scene(item, bpy.context.scene)) == "Nodes: not compiled yet"
     assert compiling.compile_used() == 0                    # nothing uses it
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.materials.append(item)

@@ -19,7 +19,7 @@ def test_a_lit_sphere_has_its_tangent_about_the_vertical_axis():
     normals = random.standard_normal((40, 3))
     normals[:, 2] = np.abs(normals[:, 2])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    radiance = pictures.reflected(FIT, normals, light)
+    radiance = pictures.reflected_light(FIT, normals, light)
     for n, value in zip(normals, radiance, strict=True):
         t = np.cross([0, 1, 0], n)
         t /= np.linalg.norm(t)
