@@ -69,7 +69,7 @@ class Entry:
 ENTRIES = {
     "stability": Entry("python -m tools.stability", ("stability",), (*FITS, "support/hard_cases.py")),
     "weight": Entry("python -m benchmarks.weight", ("weight",), (
-        *SHADER, "benchmarks/weight.py", "addon/core/shading/bytecode.py")),
+        *SHADER, "benchmarks/weight.py", "addon/core/shading/compiler.py")),
     "starts": Entry("python -m benchmarks.starts", ("starts", "starts-animation"), (*SHADER, "benchmarks/starts.py")),
     "black-pixels": Entry("python -m benchmarks.black_pixels", ("black-pixels", "black-pixels-most"),
                           (*SHADER, "benchmarks/black_pixels.py")),

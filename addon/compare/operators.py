@@ -73,7 +73,7 @@ def _write(folder: Path, scene: bpy.types.Scene, wanted: list[bpy.types.Material
         for each in (*wanted, *worlds):
             copies.append(not_none(each).copy())
         names, view = [copy.name for copy in copies], scene.view_settings
-        bpy.data.libraries.write(str(folder / look.SOURCE), set(copies), path_remap="ABSOLUTE", fake_user=True)
+        bpy.data.libraries.write(str(folder / look.MATERIALS_FILE), set(copies), path_remap="ABSOLUTE", fake_user=True)
         look.write_request(folder, look.Request(
             names[:len(wanted)], "".join(names[len(wanted):]), shape, lighting, SIZE, _SAMPLES,
             view.view_transform, view.exposure))

@@ -57,7 +57,7 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
 def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _PresetRow:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
-        return 0, kept, costs.UNKNOWN, False
+        return 0, kept, costs.UNKNOWN_ROW, False
     arguments: Arguments = {**PRESETS[name]}
     settings = material.measured_brdf
     is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
@@ -70,7 +70,7 @@ def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflect
 
 def _draw_preset(layout: bpy.types.UILayout, name: str, row: _PresetRow, scale: float, can_choose: bool) -> None:
     (picture, job, numbers, is_chosen), column = row, layout.column(align=True)
-    column.enabled = name != ORIGINAL or numbers != costs.UNKNOWN       # its error is known before it can be chosen
+    column.enabled = name != ORIGINAL or numbers != costs.UNKNOWN_ROW       # its error is known before it can be chosen
     icon: Literal["CHECKMARK", "NONE"] = "CHECKMARK" if is_chosen else "NONE"
     if can_choose and picture:
         picture_button(column, _FIT, picture, scale).preset = name
@@ -81,7 +81,7 @@ def _draw_preset(layout: bpy.types.UILayout, name: str, row: _PresetRow, scale: 
     else:
         column.label(text=_LABELS[name], icon=icon)
     for form, text in zip(_FORMS, numbers, strict=True):
-        column.label(text="" if text in (*costs.UNKNOWN, *costs.FAILED) else form.format(text))
+        column.label(text="" if text in (*costs.UNKNOWN_ROW, *costs.FAILED_ROW) else form.format(text))
 
 
 classes = (MEASUREDBRDF_PT_compare,)

@@ -17,7 +17,7 @@ MARKDOWN = _ROOT / "docs" / "manual.md"
 REDIRECTS = "f1"            # pages that lead to an anchor: what opens a file in a browser drops `#...`
 WEBSITE: str = tomllib.loads((_ROOT / "blender_manifest.toml").read_text("utf-8")).get("website", "").rstrip("/")
 
-DATA = "manual#where-to-get-data"
+DATA_PAGE = "manual#where-to-get-data"
 _OPERATORS = "bpy.ops.measured_brdf."
 
 Topics = tuple[tuple[str, str], ...]
@@ -62,7 +62,7 @@ def all_topics() -> Topics:
 
 def topics() -> list[str]:
     """The headings that F1 and buttons lead to, as ``page#anchor``, each once."""
-    return sorted({DATA, *(topic for _, topic in all_topics() if "#" in topic)})
+    return sorted({DATA_PAGE, *(topic for _, topic in all_topics() if "#" in topic)})
 
 
 def file_name(topic: str) -> str:

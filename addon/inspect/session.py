@@ -194,8 +194,8 @@ def _pinned_fit(material: bpy.types.Material) -> InspectedSurface | None:
 
 
 def _same(one: Measurements | None, other: Measurements | None) -> bool:
-    return (one is not None and other is not None and one.theta_i == other.theta_i
-            and np.array_equal(one.values, other.values))
+    return (one is not None and other is not None and (one.theta_i, one.source) == (other.theta_i, other.source)
+            and np.array_equal(one.theta_o, other.theta_o) and np.array_equal(one.values, other.values))
 
 
 def _rectangle(region: bpy.types.Region) -> Rectangle:

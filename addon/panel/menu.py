@@ -46,6 +46,6 @@ def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 add_studio = entries((MEASUREDBRDF_OT_add_studio, "Measured BRDF Studio"))
 """Draws the entry of Add > Light."""
-IN = ("VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu")
+MENUS = ("VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu")
 """The menus of Blender that have this one."""
 classes = (MEASUREDBRDF_MT_menu,)

@@ -27,7 +27,7 @@ from ...fitter.photographs.capture_setup import LEAST, MOST_MATERIALS, MOST_TEXE
 from ...fitter.photographs.picture_files import ENCODINGS
 from ...fitter.quality import verdict
 from ..core.shading import material
-from ..core.storage.paths import RELATIVE, Place
+from ..core.storage.paths import RELATIVE_PATHS, Place
 from ..core.storage.properties import PRESET_ITEMS
 
 AS_THE_FILE_SAYS = "auto"
@@ -48,7 +48,7 @@ _ENCODINGS = ((AS_THE_FILE_SAYS, "As the Files Say", "sRGB where the files say s
 class MeasuredExposure(bpy.types.PropertyGroup):
     """A file of a photograph."""
 
-    filepath: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE,
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE_PATHS,
                              description="EXR, TIFF, PNG or JPEG; linear ones are best")
     exposure: FloatProperty(
         name="Exposure", min=0, precision=5,
@@ -136,7 +136,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     is_far: BoolProperty(name="Far Away", description=(
         "The camera looks straight down from far away, nobody knows how far; else the corners and its lens say where "
         "it stood"))
-    chrome_mask: StringProperty(name="Chrome Ball", subtype="FILE_PATH", options=RELATIVE, description=(
+    chrome_mask: StringProperty(name="Chrome Ball", subtype="FILE_PATH", options=RELATIVE_PATHS, description=(
         "Picture that is white where a chrome ball is whose highlights say where lamps were. Without it, and for a "
         "painted ball, it is found by its outline"))
     finds_brightness: BoolProperty(name="Lamps Differ", description=(
@@ -151,11 +151,11 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     second: _material(2)
     third: _material(3)
     fourth: _material(4)
-    dark: StringProperty(name="Lamp Off", subtype="FILE_PATH", options=RELATIVE,
+    dark: StringProperty(name="Lamp Off", subtype="FILE_PATH", options=RELATIVE_PATHS,
                          description="Photograph with the lamp off, if there is one")
-    flat: StringProperty(name="Even Surface", subtype="FILE_PATH", options=RELATIVE,
+    flat: StringProperty(name="Even Surface", subtype="FILE_PATH", options=RELATIVE_PATHS,
                          description="Photograph of an evenly bright surface, if the lens darkens the corners")
-    mask: StringProperty(name="Mask", subtype="FILE_PATH", options=RELATIVE,
+    mask: StringProperty(name="Mask", subtype="FILE_PATH", options=RELATIVE_PATHS,
                          description="Picture that is white where pixels count, for a stand or a reflection")
     encoding: EnumProperty(name="Values", items=_ENCODINGS, default=AS_THE_FILE_SAYS,
                            description="What the pixels of the photographs are")
@@ -165,7 +165,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     scale: EnumProperty(name="Scale", items=_SCALES, default=GUESS, description="How bright the lamp is")
     albedo: FloatProperty(name="Albedo", default=GUESSED, min=0, max=1, subtype="FACTOR",
                           description="What you guess ball or sample to have: the share of even light that it reflects")
-    known: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE,
+    known: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE_PATHS,
                           description="Photograph of the card or of the white ball")
     known_exposure: FloatProperty(name="Exposure", min=0, precision=5,
                                   description="Exposure time in seconds. 0: as the file says")
@@ -180,7 +180,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     intensity: FloatVectorProperty(name="Intensity", size=3, default=(1, 1, 1), min=0,
                                    description="Radiant intensity of the lamp, W/sr in units of the pictures")
     preset: EnumProperty(name="Preset", items=PRESET_ITEMS, default="Standard", description="Method of the fit")
-    samples: StringProperty(name="Save As", subtype="FILE_PATH", options=RELATIVE,
+    samples: StringProperty(name="Save As", subtype="FILE_PATH", options=RELATIVE_PATHS,
                             description="File of the samples that are measured, .npz, which the material is fitted to")
     told: StringProperty(name="What Was Measured")      # lines
     doubts: StringProperty(name="What Is Wrong")        # those of them that say so

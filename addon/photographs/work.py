@@ -280,9 +280,9 @@ def measured(description: Description, name: str, path: str, arguments: Argument
         content = part.read_bytes()
     with progress.part(0.8, 1.0, about="Next lamp: "):
         others = left_out(photographs)
-        told = *map(in_panel, samples.notes), *([others.words] if others else []), *advice(samples)
+        told = *map(in_panel, samples.notes), others.words, *advice(samples)
     return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
-                  photographs[0].intensity, told, (*doubts, *([others.words] if others and others.is_bad else [])))
+                  photographs[0].intensity, told, (*doubts, *([others.words] if others.is_bad else [])))
 
 
 class Maps(NamedTuple):

@@ -13,10 +13,10 @@ from .names import ANGLES, parse, role
 from .reading import Quantity, Reading
 from .spectra import SPAN, to_linear_srgb
 
-GREY = ("brdf", "fr", "f_r", "grey", "gray")
-_LAMPS = (580, 700), (500, 580), (400, 500)         # nm, of red, green and blue
+GREY_NAMES = ("brdf", "fr", "f_r", "grey", "gray")
+_LAMP_BANDS = (580, 700), (500, 580), (400, 500)    # nm, of red, green and blue
 _LEAST_COSINE = 1e-3            # values that have a smaller cosine in them are left out
-_BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
+_WAVELENGTH_CELL = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
 
 
 def angle(name: str) -> tuple[str, str | None]:
@@ -76,13 +76,13 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
     if sorted(upper) == sorted(RGB):
         return RGB, values[:, [upper.index(channel) for channel in RGB]], ()
     bands = wavelengths(names)
-    if len(names) == 1 and (bands is not None or names[0].lower() in GREY):
+    if len(names) == 1 and (bands is not None or names[0].lower() in GREY_NAMES):
         return ("grey",), values, ()
     if bands is None:
         shown = ",".join(names[:4]) + "..." * (len(names) > 4)
         raise ColumnsUnknownError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF",
                                   path, line)
-    lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMPS]
+    lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMP_BANDS]
     if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
         return RGB, values[:, np.concatenate(lamps)], ()
     return RGB, to_linear_srgb(bands, values, path, line, reading.illuminant), reading.notes
@@ -90,5 +90,5 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
 
 def wavelengths(names: Sequence[str]) -> FloatArray | None:
     """Wavelengths in nm, or None if the names are anything else."""
-    matches = [match for name in names if (match := _BAND.fullmatch(name))]
+    matches = [match for name in names if (match := _WAVELENGTH_CELL.fullmatch(name))]
     return np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None

@@ -10,7 +10,7 @@ from ..arrays import FloatArray
 from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError
 from . import names
 from .names import ANGLES
-from .plane import SIDES
+from .plane import PLANE_SIDES
 from .reading import QUANTITIES, Quantity, Reading
 from .table_layout import MOST_COLUMNS, SKIPPED, Layout
 from .text import decode, floats, lines, parse_number
@@ -214,5 +214,5 @@ def standard_reflectance(said: dict[str, str], path: str | Path) -> float:
 
 def mirror_side(said: dict[str, str]) -> int:
     """The sign of theta_o on the mirror's side, of a comment such as ``positive: mirror side``; 0 without one."""
-    return next((sign * SIDES[word] for key, sign in (("positive", 1), ("negative", -1))
-                 for word in re.findall("[a-z]+", said.get(key, "").lower()) if word in SIDES), 0)
+    return next((sign * PLANE_SIDES[word] for key, sign in (("positive", 1), ("negative", -1))
+                 for word in re.findall("[a-z]+", said.get(key, "").lower()) if word in PLANE_SIDES), 0)

@@ -9,7 +9,7 @@ from ..errors import DatasetError
 
 _MOST = 1000                # wavelengths
 _MICRONS = 20               # a wavelength below it is in micrometres
-_SAME = 1e-9                # of angles, as they are written
+_SAME_WRITTEN = 1e-9        # of angles, as they are written
 _FEWEST = 0.5               # of the cells that directions and wavelengths make, at least this share must be there
 
 
@@ -37,7 +37,7 @@ def wavelengths_to_columns(angles: FloatArray, wavelengths: FloatArray, values: 
     if in_microns or (in_microns is None and np.abs(wavelengths).max() < _MICRONS):
         wavelengths = wavelengths * 1000
     bands, band = np.unique(np.round(wavelengths, 6), return_inverse=True)
-    rounded = np.round(angles / _SAME)
+    rounded = np.round(angles / _SAME_WRITTEN)
     _, first, pair = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     pair = pair.ravel()
     cells = len(first) * len(bands)

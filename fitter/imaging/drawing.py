@@ -12,9 +12,9 @@ Color = tuple[float, float, float, float]
 
 BACKGROUND, INK = (0.16, 0.16, 0.16, 1.0), (0.92, 0.92, 0.92, 1.0)
 LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
-_UNIT = 0.115               # of the size of text: that of `_FONT`
+_GLYPH_UNIT = 0.115               # of the size of text: that of `_FONT`
 _STROKE = 0.115             # likewise: how wide its lines are
-_FONT = {   # polylines through points, x and y, from the lower left corner; capitals are 6 high
+_GLYPHS = {  # polylines through points, x and y, from the lower left corner; capitals are 6 high
          "0": "10 30 41 45 36 16 05 01 10", "1": "05 26 20", "2": "05 16 36 45 44 00 40",
          "3": "05 16 36 45 44 33 13,33 42 41 30 10 01", "4": "30 36 02 42", "5": "46 06 04 34 43 41 30 10 01",
          "6": "45 36 16 05 01 10 30 41 42 33 13 02", "7": "06 46 10",
@@ -62,11 +62,11 @@ class Canvas:
         self._cover(mask, color)
 
     def text(self, string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0) -> float:
-        """Draw characters of `_FONT` on a base line: their width, of which the share `align` lies left of `at`."""
-        dots, unit, width = [np.zeros((0, 2))], _UNIT * size, 0.0
+        """Draw characters of `_GLYPHS` on a base line: their width, of which the share `align` lies left of `at`."""
+        dots, unit, width = [np.zeros((0, 2))], _GLYPH_UNIT * size, 0.0
         for character in string:
             strokes = [np.array([divmod(int(point), 10) for point in stroke.split()])
-                       for stroke in _FONT[character].split(",")]
+                       for stroke in _GLYPHS[character].split(",")]
             dots += [_dots(unit * stroke + (width, 0)) for stroke in strokes]
             width += unit * (max(stroke[:, 0].max() for stroke in strokes) + 2)
         width -= 2 * unit if string else 0

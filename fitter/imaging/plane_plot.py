@@ -25,14 +25,14 @@ DIM, FAINT = (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
 PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2, 1.0), (0.35, 0.7, 1.0, 1.0))       # of two materials that are compared
 TEXT, SMALL = 13.0, 11.0    # pixels of text at a scale of 1
 IN_PLANE = np.radians(8)    # samples within this angle of the plane of incidence are plotted
-_GREY: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
-_RGB: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
+_GREY_LINE: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
+_RGB_LINES: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
 _DISC, _BEHIND = (0.15, 0.15, 0.16, 1.0), (0.05, 0.05, 0.05, 1.0)
 _DASH = 5.0                 # pixels of a dash where nobody measured, at a scale of 1
-_RINGS = (1.0, 0.65, 0.35)  # of the radius, about
+_PLOT_RINGS = (1.0, 0.65, 0.35)  # of the radius, about
 _APART = 0.14               # rings, at least
-_CHARACTER = 8              # pixels of a digit at a scale of 1, at most
-_HALF = np.linspace(-np.pi / 2, np.pi / 2, 91)
+_DIGIT_PIXELS = 8           # pixels of a digit at a scale of 1, at most
+_HALF_CIRCLE = np.linspace(-np.pi / 2, np.pi / 2, 91)
 
 
 class Pen(Protocol):
@@ -105,7 +105,9 @@ class Plane:
         """One of each fit."""
         made = []
         for number, (each, (theta, values)) in enumerate(zip(self.fits, self.plane_curves, strict=True)):
-            colors = PAIR[number:number + 1] if len(self.fits) > 1 else _RGB if values.shape[1] == len(_RGB) else _GREY
+            colors = _RGB_LINES if values.shape[1] == len(_RGB_LINES) else _GREY_LINE
+            if len(self.fits) > 1:
+                colors = PAIR[number:number + 1]
             near = None if self.samples is None or number else (self.samples[0], self._select(each, self.samples[1]))
             is_extrapolated = extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta),
                                                                    each.reaches)
@@ -163,7 +165,7 @@ def draw(pen: Pen, disc: Disc, plane: Plane) -> None:
 
 def _draw_grid(pen: Pen, disc: Disc) -> None:
     scale = disc.scale
-    pen.fan(disc.points(_HALF, 1.0), _DISC)
+    pen.fan(disc.points(_HALF_CIRCLE, 1.0), _DISC)
     for degrees in range(-90, 91, 15):
         angle = math.radians(degrees)
         is_main = degrees % 30 == 0
@@ -171,7 +173,7 @@ def _draw_grid(pen: Pen, disc: Disc) -> None:
         if is_main:
             x, y = disc.points(angle, 1.0) + 10 * scale * np.array([math.sin(angle), math.cos(angle)])
             pen.text(f"{abs(degrees)}\u00b0", (x, y - 4 * scale), SMALL * scale, DIM, (1 - math.sin(angle)) / 2)
-    pen.line(disc.points(_HALF, 1.0), FAINT, 1.2 * scale)
+    pen.line(disc.points(_HALF_CIRCLE, 1.0), FAINT, 1.2 * scale)
 
 
 def _draw_rings(pen: Pen, disc: Disc, plane: Plane) -> None:
@@ -180,9 +182,9 @@ def _draw_rings(pen: Pen, disc: Disc, plane: Plane) -> None:
     pen.text(unit, disc.center + below, SMALL * disc.scale, DIM, 0.5)
     written = [(0.0, len(unit))]                # length and characters
     for value, length in rings(plane.largest, plane.radius):
-        pen.line(disc.points(_HALF, length), FAINT, disc.scale)
+        pen.line(disc.points(_HALF_CIRCLE, length), FAINT, disc.scale)
         label = shown_value(value)
-        if all(abs(length - other) * disc.radius > (len(label) + count) / 2 * _CHARACTER * disc.scale
+        if all(abs(length - other) * disc.radius > (len(label) + count) / 2 * _DIGIT_PIXELS * disc.scale
                for other, count in written):
             written.append((length, len(label)))
             for side in (-np.pi / 2, np.pi / 2):
@@ -271,7 +273,7 @@ def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
     """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
     `largest`."""
     circles: list[tuple[float, float]] = []
-    for ring in _RINGS:
+    for ring in _PLOT_RINGS:
         value = _round_down_to_digit(largest * (ring ** 3 if radius == "cube root" else ring))
         length = float(lengths(np.array(value), largest, radius))
         if not circles or length < circles[-1][1] - _APART:

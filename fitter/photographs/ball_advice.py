@@ -16,7 +16,7 @@ from ..methods import fit
 from ..methods.presets import PRESETS
 from ..quality.cross_validation import cube_root
 from ..quality.physics import direction_pairs
-from ..quality.verdict import Judgement, prediction_message
+from ..quality.verdict import UNPREDICTED, Judgement, prediction_message
 from ..samples import Samples, subsample, subset
 from .ball import STEEPEST, BallPhotograph, measured
 from .coverage import REACH, Coverage, coverage, difference_angle
@@ -41,15 +41,15 @@ def advice(samples: Samples) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def left_out(photographs: Sequence[BallPhotograph]) -> Judgement | None:
-    """How far the middle photograph is from what a fit to the others says of it; None where these are too few.
-
-    That is relative to its root mean square, as of a flat sample. The photographs are `in_place`.
+def left_out(photographs: Sequence[BallPhotograph]) -> Judgement:
+    """How far a photograph is from what a fit to the others says of it, as of a flat sample: relative to its root mean
+    square. It is that with the middle phase angle, because nothing tells of angles beyond all others. The photographs
+    are `in_place`.
     """
-    number = len(photographs) // 2
+    number = int(np.argsort([each.phase_angle for each in photographs], kind="stable")[len(photographs) // 2])
     others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
     if len(others) < 2:
-        return None
+        return UNPREDICTED
     made = fit(subsample(gathered(others, shot.name, shot.name), _JUDGED), **PRESETS["Standard"])
     there = measured(shot)
     light = there.seen.irradiance[:, None]

@@ -28,7 +28,7 @@ axes; with a camera that is far they say all there is to say.
 
 import re
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_type_hints
@@ -410,6 +410,16 @@ class CaptureSetup(Section):
                  *ball._lacks("radius", _POSITIVE.expected, is_near and ball.radius is None)]
         card = self.scale.card
         return lines if card is None else [*lines, *card._lacks("normal", "3 numbers", card.normal is None)]
+
+
+def list_files(section: Section) -> Iterator[Path]:
+    """The files that a description names, itself among them."""
+    for value in vars(section).values():
+        for each in value if isinstance(value, tuple) else (value,):
+            if isinstance(each, Section):
+                yield from list_files(each)
+            elif isinstance(each, Path):
+                yield each
 
 
 def _count(section: Section, key: str, files: Sequence[Path]) -> list[str]:

@@ -5,6 +5,7 @@ report. The normal
 map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
 """
 
+import re
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,15 +16,16 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError, printable
 from ..quality.physics import directional_albedo
-from ..quality.verdict import prediction_message
-from ..storage.files import replace_folder
+from ..quality.verdict import UNPREDICTED, prediction_message
+from ..storage.files import others_files, replace_folder
 from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
 from .flat_judging import contradictions, turned_lamps
 from .flat_photograph import FlatPhotograph, observed
 from .picture_files import NEEDED
-from .scale import ANGLES, too_bright
+from .scale import ANGLES, implausible_light
 
+_WRITTEN = re.compile(r"mask-\d+\.png|material-\d+\.npz|normal\.png|report\.txt")
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
 _LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
@@ -132,17 +134,17 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
     most = float(maps.weights.max()) or 1.0
     unsure = (maps.deviation.max(axis=2) > UNSURE * most).mean()
     missed = left_out(maps, photographs)
+    told = (UNPREDICTED if missed is None
+            else prediction_message(photographs[len(photographs) // 2].name, missed))
     lines = [f"{width} x {height} texels of {count} material{'s' * (count > 1)}, {len(photographs)} photographs, of "
              f"which {maps.used.mean():.1f} tell of a texel in the mean",
              f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
              f"more than {UNSURE:.0%} of the largest"]
-    bright = too_bright(reflected(maps), albedo)
+    bright = implausible_light(reflected(maps), albedo)
     doubts = [*bright]
-    if missed is not None:
-        told = prediction_message(photographs[len(photographs) // 2].name, missed)
-        lines.append(told.words)
-        if told.is_bad:
-            doubts.append(told.words)
+    lines.append(told.words)
+    if told.is_bad:
+        doubts.append(told.words)
     frame, points = frame_of(maps.corners, photographs), points_of(maps.corners, (height, width))
     some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
     size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
@@ -158,6 +160,13 @@ def reflected(maps: Maps) -> FloatArray:
     weights = maps.weights[evenly(height, width, _WEIGHED)].reshape(-1, count)
     shares = np.stack(np.broadcast_arrays(*(directional_albedo(fit, ANGLES) for fit in maps.fits)))
     return np.asarray(np.median(np.einsum("nm,mac->nac", weights, shares), axis=0))
+
+
+def check_folder(folder: str | Path) -> None:
+    """Raise DatasetError if `write` would replace files in a folder that it has not written."""
+    if others := others_files(Path(folder), _WRITTEN):
+        raise DatasetError(f"{', '.join(others)}: not written by an earlier run, or changed since; move what is to be "
+                           "replaced away, or choose another folder", folder)
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:

@@ -132,8 +132,8 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
         raise DatasetError("holds numbers that are not finite", path)
     if _has_window(spec):
         pixels = _in_display(pixels, spec, size)
-        more += (f"its pixels are {spec.width} x {spec.height} of a display window of {size[1]} x {size[0]}, in which "
-                 "they are put: it is black beside them",)
+        more += (f"its pixels are {spec.width} x {spec.height} beside a display window of {size[1]} x {size[0]}, which "
+                 "is read: it is black where it has no pixels",)
     turn = _SHOWN.get(int(_positive(spec, "Orientation") or 1))
     more += () if turn is None else (TURNED.format(turn),)
     picture = _picture(pixels, spec, encoding)

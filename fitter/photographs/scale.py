@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
 from ..methods.prior import candidates
+from ..quality.albedo import DARKEST_SURFACE
 from ..quality.physics import directional_albedo
 from ..samples import Samples, choice, subset
 from .ball import BallPhotograph, measured
@@ -94,20 +95,24 @@ def reflected(samples: Samples) -> FloatArray:
 
 def scaled(samples: Samples, albedo: float) -> Samples:
     """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; notes
-    say that it is a guess, and whether more is reflected then than arrives."""
+    say that it is a guess, and what is implausible of it."""
     light = reflected(samples)
     factor = float(_albedo(albedo)) / float(light.mean())
-    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *too_bright(light * factor, albedo))
+    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *implausible_light(light * factor, albedo))
     return replace(samples, values=samples.values * factor, notes=notes)
 
 
-def too_bright(light: FloatArray, albedo: float | None = None) -> tuple[str, ...]:
-    """A note where more is `reflected` than arrives, (angles, channels); `albedo` is the one that was given."""
+def implausible_light(light: FloatArray, albedo: float | None = None) -> tuple[str, ...]:
+    """A note where more is `reflected` than arrives, (angles, channels), or next to nothing; `albedo` is the one that
+    was given."""
     upright = ANGLES < _UPRIGHT         # what grazes is a guess
     most = light[upright].max()
-    if most <= _BRIGHTEST:
+    if DARKEST_SURFACE <= most <= _BRIGHTEST:
         return ()
+    why = "the lamp's intensity, a card's albedo or a distance is wrong"
+    if most < DARKEST_SURFACE:
+        why = why if albedo is None else "was the albedo meant that was given?"
+        return f"Only {most:.2g} of the light leaves, less than of the blackest paints: {why}",
     angle = np.degrees(ANGLES[upright][light[upright].max(axis=1).argmax()])
-    why = ("the lamp's intensity, a card's albedo or a distance is wrong" if albedo is None
-           else f"an albedo of {albedo / most:.2g} is the largest that it can have")
+    why = why if albedo is None else f"an albedo of {albedo / most:.2g} is the largest that it can have"
     return f"More light leaves than arrives, {most:.3g} of it at {angle:.0f} degrees: {why}",

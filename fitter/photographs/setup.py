@@ -20,7 +20,7 @@ from .light import Light, same_pictures
 from .picture_files import read_picture_info
 from .pictures import Part, Pictures, mask_of
 from .samples import gathered, in_place
-from .scale import reflected, scaled, too_bright
+from .scale import implausible_light, reflected, scaled
 
 RADIUS = 0.025              # m, of a ball whose size does not matter
 
@@ -73,7 +73,7 @@ def measured(setup: CaptureSetup) -> BallMeasurement:
         share = float(samples.values.sum() / guessed.values.sum())
         return BallMeasurement(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
                                (*same, *bright))
-    bright = too_bright(reflected(samples))
+    bright = implausible_light(reflected(samples))
     return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
 
 

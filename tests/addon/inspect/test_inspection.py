@@ -244,6 +244,21 @@ def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monke
     assert f"dots: {source} at 40.1\u00b0" in said[-1]
 
 
+def test_dots_of_the_same_values_at_other_angles_are_drawn_anew(stage, parts, monkeypatch):
+    dots = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
+    monkeypatch.setattr(parts.session.queries, "samples_near_plane", lambda *_: dots)
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    drawn = []
+    monkeypatch.setattr(parts.session.Session, "redraw", lambda _: drawn.append(True))
+    parts.session.running.refresh()
+    assert not drawn
+    dots.result = (np.array([0.2]), *dots.result[1:])
+    parts.session.running.refresh()
+    assert drawn
+
+
 def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
     """Measured up to 60 degrees of one direction and 75 of the other; the light is at 40 or at 70."""
     from measured_brdf.addon.inspect import overlay
@@ -296,7 +311,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     monkeypatch.setattr(parts.session.queries, "samples_near_plane",
                         lambda *_: SimpleNamespace(finished=1.0, result=dots))
     monkeypatch.setattr(drawing_plane, "samples_near_plane", lambda *_: dots)
-    monkeypatch.setattr(tasks, "samples_of", lambda _data: "samples")
+    monkeypatch.setattr(tasks, "load_samples", lambda _data: "samples")
     stage.begin()
     answer()
     stage.send("TIMER")

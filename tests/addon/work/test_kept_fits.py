@@ -49,7 +49,7 @@ def no_fits(jobs, monkeypatch):
     def fail(*_arguments, **_options):
         raise AssertionError("fitted again")
 
-    for module, name in ((jobs.tasks, "fit"), (jobs.tasks, "fitted"), (jobs.tasks.fitter, "load")):
+    for module, name in ((jobs.tasks, "fit"), (jobs.tasks, "fit_once"), (jobs.tasks.fitter, "load")):
         monkeypatch.setattr(module, name, fail)
 
 

@@ -13,6 +13,7 @@ import fitter
 from fitter import cli
 from fitter.photographs import capture_setup, picture_files, setup
 from fitter.photographs.picture_files import read_picture
+from fitter.quality.verdict import UNPREDICTED
 from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
 
@@ -50,7 +51,7 @@ def test_photographs_of_files_measure_the_material(written):
 @pytest.fixture
 def short_command(monkeypatch):
     """The command neither judges photographs nor advises, which takes fits."""
-    monkeypatch.setattr(cli, "left_out", lambda _: None)
+    monkeypatch.setattr(cli, "left_out", lambda _: UNPREDICTED)
     monkeypatch.setattr(cli, "advice", lambda _: [])
 
 
@@ -190,7 +191,7 @@ def test_the_pixels_of_an_exr_are_in_their_place_of_its_display_window(openimage
     inside[rows, columns] = pixels[-(rows.stop - rows.start):, -(columns.stop - columns.start):]
     np.testing.assert_allclose(found.pixels, inside, atol=1e-6)
     assert picture_files.read_picture_info(path).size == (6, 8)
-    assert [note for note in found.notes if "4 x 3 of a display window of 8 x 6" in note]
+    assert [note for note in found.notes if "4 x 3 beside a display window of 8 x 6" in note]
 
 
 def test_an_exr_whose_pixels_are_beside_its_display_window_is_refused(openimageio, tmp_path):

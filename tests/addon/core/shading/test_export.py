@@ -270,7 +270,7 @@ def test_what_a_user_has_changed_outlives_another_fit(material):
     from measured_brdf.addon.core.shading import export_surface
 
     update(material, CLOTH)
-    node = material.node_tree.nodes[export_surface.NAME]
+    node = material.node_tree.nodes[export_surface.EXPORT_NAME]
     node.inputs["Roughness"].default_value = 0.9
     for close in (CAR, CLOTH, CAR):
         update(material, close)
@@ -285,7 +285,7 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
     from measured_brdf.addon.core.shading import export_surface
 
-    made = blender.context.object.active_material.node_tree.nodes[export_surface.NAME]
+    made = blender.context.object.active_material.node_tree.nodes[export_surface.EXPORT_NAME]
     expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}
     color = list(made.inputs["Base Color"].default_value)
     assert max(color[:3]) > 0.05
@@ -394,7 +394,7 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
     from measured_brdf.addon.core.shading import export_surface
 
     update(material, CAR)
-    node, export = group(material), material.node_tree.nodes[export_surface.NAME]
+    node, export = group(material), material.node_tree.nodes[export_surface.EXPORT_NAME]
     node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
     follow(material)
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx(TINT * STRENGTH, abs=EXACT)
@@ -445,7 +445,7 @@ def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
     assert [image.name for image in blender.data.images] == ["checker"]
     from measured_brdf.addon.core.shading import export_surface
 
-    export = material.node_tree.nodes[export_surface.NAME]
+    export = material.node_tree.nodes[export_surface.EXPORT_NAME]
     assert export.inputs["Base Color"].default_value[:3] == pytest.approx(CLOTH.base_color, abs=EXACT)
 
 
