@@ -19,7 +19,7 @@ from .lamp import Lamp
 CARRIER_NAME = "Measured BRDF Lamps"
 POINTER = "measured_brdf_lamps"     # custom property of objects with measured materials, and of scenes: their carrier
 LAMP_COUNT = "Lamps"                # custom property of a carrier: how many lamps it holds
-PROPERTY_KINDS = "Lamp", "Extent"   # and with a number from 1, three numbers each: (position), (size, strength, 0)
+PROPERTY_KINDS = "Lamp", "Extent"   # and with a number from 1, three numbers each: (position), (size, strength, core)
 _PASSED_ON = {"NODETREE", "MATERIAL", "MESH", "CURVE", "CURVES", "META", "POINTCLOUD", "VOLUME"}
 
 
@@ -29,7 +29,7 @@ def attribute(kind: str, number: int) -> str:
 
 
 def path(number: int, index: int) -> tuple[str, int]:
-    """The data path of one of the five values of a lamp in its carrier, and the index there."""
+    """The data path of one of the six values of a lamp in its carrier, and the index there."""
     row, column = divmod(index, 3)
     return _path(f"{PROPERTY_KINDS[row]}{number}"), column
 
@@ -90,8 +90,8 @@ def reserve(carrier: bpy.types.Texture, count: int) -> None:
 def store(carrier: bpy.types.Texture, lamps: Sequence[Lamp], driven: Collection[tuple[int, int]] = frozenset()) -> None:
     """Write the values of as many lamps as a carrier holds, but for those that are driven: lamps from 1 and indices."""
     changed = False
-    for number, (position, size, strength) in enumerate(lamps, 1):
-        values = *position, size, strength, 0.0
+    for number, (position, *rest) in enumerate(lamps, 1):
+        values = *position, *rest
         for row, kind in enumerate(PROPERTY_KINDS):
             before = [*carrier[f"{kind}{number}"]]
             after = [before[column] if (number, 3 * row + column) in driven else value

@@ -18,7 +18,7 @@ from . import carrier, lamp
 from .light_objects import get_light
 
 Place = tuple[int, int]
-"""The number of a lamp, from 1, and the index of one of its five values."""
+"""The number of a lamp, from 1, and the index of one of its six values."""
 _Driver = tuple[str, dict[str, str]]
 """An expression, and the data path of each variable in it."""
 

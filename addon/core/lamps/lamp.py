@@ -1,7 +1,7 @@
 """A lamp as the shader takes it: as numbers, and as driver expressions over properties of the lamp's object.
 
-A lamp has five values: its position or direction (three), its size, its strength. `expressions` gives each as a driver
-expression; `VARIABLES` gives the data path of every variable that occurs in them.
+A lamp has six values: its position or direction (three), its size, its strength, its core. `expressions` gives all but
+the last as driver expressions; `VARIABLES` gives the data path of every variable that occurs in them.
 """
 
 import math
@@ -34,12 +34,14 @@ _AREA = {"SQUARE": _DIAGONAL.format("width", "width"), "RECTANGLE": _DIAGONAL.fo
 
 class Lamp(NamedTuple):
     """What the shader knows of a lamp: its position, or for a sun the direction toward it; the radius of a ball around
-    it (m), or for a sun its angular radius (radians) with a minus sign; and its irradiance, at 1 m, or that of a sun.
+    it (m), or for a sun its angular radius (radians) with a minus sign; its irradiance, at 1 m, or that of a sun; and
+    the radius of a disk of the lamp's area, in that of the ball.
     """
 
     position: Vector3
     size: float
     strength: float
+    core: float = 1.0
 
     @property
     def rank(self) -> tuple[bool, bool, float, "Lamp"]:
@@ -48,7 +50,7 @@ class Lamp(NamedTuple):
 
 
 def expressions(light: bpy.types.Light) -> tuple[str, str, str, str, str]:
-    """The five values of a light, as expressions over `VARIABLES`; the last is its strength."""
+    """The values of a light but for its core, as expressions over `VARIABLES`; the last is its strength."""
     energy = "energy * pow(2, exposure)" if hasattr(light, "exposure") else "energy"     # older Blenders have none
     if light.type == "SUN":
         return *_TOWARD, f"-max(angle / 2, {POINTLIKE:f})", energy
@@ -69,8 +71,10 @@ def from_light(light: bpy.types.Light, matrix: Matrix) -> Lamp:
     if light.type == "AREA":
         sides = light.size, light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
         halves = [side * abs(scale) / 2 for side, scale in zip(sides, matrix.to_scale()[:2], strict=True)]
-        size = max(halves) if light.shape in {"DISK", "ELLIPSE"} else math.hypot(*halves)
-        return Lamp(position, size, energy / math.pi)
+        is_round = light.shape in {"DISK", "ELLIPSE"}
+        size = max(halves) if is_round else math.hypot(*halves)
+        area = math.prod(halves) * (math.pi if is_round else 4)
+        return Lamp(position, size, energy / math.pi, math.sqrt(area / math.pi) / max(size, 1e-30))
     return Lamp(position, light.shadow_soft_size * matrix.median_scale, energy / (4 * math.pi))
 
 

@@ -101,7 +101,7 @@ def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extens
     scene.update_tag()
     blender.context.view_layer.update()
     depsgraph = blender.context.evaluated_depsgraph_get()
-    (position, size, _), = extension.addon.core.lamps.list_lamps(depsgraph)
+    (position, size, *_), = extension.addon.core.lamps.list_lamps(depsgraph)
     assert apart(position, rendered(scene)) < math.radians(2)
     assert -size == pytest.approx(DISK, abs=math.radians(0.8))
 
