@@ -80,7 +80,8 @@ ENTRIES = {
     "rims": Entry("python -m benchmarks.rims", ("rims-rgl", "rims-others"), (
         *FITS, "benchmarks/rims.py", "support/rims.py")),
     "library": Entry("python -m benchmarks.library --picture docs/library_balls.png", ("library",), (
-        *FITS, "fitter/model/published.py", "fitter/library/ready.py", "benchmarks/library.py", "support/library.py"),
+        *FITS, "fitter/model/published.py", "fitter/library/ready.py", "benchmarks/library.py", "support/library.py",
+        "support/lamp_spheres.py"),
         ("library_balls.png",)),
     "rings": Entry("python -m benchmarks.rings", ("rings",), (
         *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/rings.py")),
@@ -103,7 +104,8 @@ ENTRIES = {
                    ("dense_spheres.png",), "build/dense"),
     "held-out": Entry("python -m benchmarks.held_out --resume --out build/held_out",
                       ("held-out-held-out", "held-out-truth", "held-out-share"),
-                      (*FITS, "benchmarks/held_out", "benchmarks/harness", "benchmarks/report/baselines"),
+                      (*FITS, "benchmarks/held_out", "benchmarks/harness", "benchmarks/report/baselines",
+                       "support/lamp_spheres.py"),
                       ("held_out_spheres.png",), "build/held_out"),
     "report": Entry("python -m benchmarks.report --out build/report", (
         "report-claim", "report-errors", "report-times", "report-storage", "report-methods", "report-pictures",

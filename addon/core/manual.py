@@ -38,6 +38,7 @@ _TOPICS: Topics = (
     *over_operators("manual#fit", "cancel"),
     *over_operators("manual/engines#choose", "enable_osl", "use_method"),
     *over_operators("manual#render", "check_scene", "fix_setting"),
+    *over_operators("manual/engines#export", "check_export"),
     *over_operators("start#the-first-material", "add_studio"),
     *over_operators("manual#keep-and-reuse", "make_local"),
     *over_operators("manual#files-of-an-older-version", "update_materials"),

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import bpy
 
+from .exporting import MEASUREDBRDF_OT_check_export
 from .fixes import MEASUREDBRDF_OT_check_scene
 from .rendering import MEASUREDBRDF_OT_add_studio, MEASUREDBRDF_OT_enable_osl
 from .update import MEASUREDBRDF_OT_update_materials
@@ -34,7 +35,8 @@ class MEASUREDBRDF_MT_menu(bpy.types.Menu):
 
 _draw = entries((MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),
                 (MEASUREDBRDF_OT_enable_osl, "Enable OSL for Measured BRDFs"),
-                (MEASUREDBRDF_OT_check_scene, "Check Scene for Measured BRDFs"))
+                (MEASUREDBRDF_OT_check_scene, "Check Scene for Measured BRDFs"),
+                (MEASUREDBRDF_OT_check_export, "Check Export of Measured BRDFs"))
 
 
 def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:

@@ -121,16 +121,16 @@ def reaches(material: bpy.types.Material) -> tuple[extrapolation.MeasuredDomain,
     return tuple(extrapolation.MeasuredDomain(*np.radians(each).tolist()) for each in angles if min(each) > 0)
 
 
-def near_plane(material: bpy.types.Material, theta_i: float,
-               phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
-    """The job that finds the samples near a plane of incidence (radians), as `plane_plot.near_plane` returns them; None
-    where the measurements are not at hand, or have not been read yet."""
+def samples_near_plane(material: bpy.types.Material, theta_i: float,
+                       phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
+    """The job that finds the samples near a plane of incidence (radians), as `plane_plot.samples_near_plane` returns
+    them; None where the measurements are not at hand, or have not been read yet."""
     measured = data(material).result if material.measured_brdf.filepath else None
     if measured is None:
         return None
     theta_i, phi_i = round(theta_i, 2), round(phi_i, 2)
     return queue.ask(("near plane", measured.digest, theta_i, phi_i),
-                     partial(tasks.near_plane, measured, theta_i, phi_i), "read")
+                     partial(tasks.samples_near_plane, measured, theta_i, phi_i), "read")
 
 
 def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:

@@ -25,7 +25,7 @@ from ...fitter.methods import extrapolation, tolerance
 from ...fitter.methods.regression_kriging import MAX_GAUSSIAN_PROCESS_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
-from ...fitter.quality import albedo, cross_validation, describe, verdict
+from ...fitter.quality import albedo, cross_validation, describe, physics, verdict
 from ...fitter.samples import distinct_channels
 from ..core import versions
 from ..core.annotations import Arguments
@@ -362,17 +362,23 @@ def polar_plot(fits: Sequence[Reaching], data: Data | None, theta_i: float,
     nan without measurements. Raises ValueError if there is no fit."""
     progress.report(0.0, "Drawing")
     plotted = [plane_plot.Plotted(fit_of(shown), shown.colours, reaches) for shown, reaches in fits]
-    return pictures.polar_plot(plotted, None if data is None else load_samples(data), theta_i, phi_i=phi_i)
+    return plane_plot.polar_plot(plotted, None if data is None else load_samples(data), theta_i, phi_i=phi_i)
 
 
 def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
-    return pictures.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
+    return plane_plot.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
 
 
-def near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
-    """As `plane_plot.near_plane`."""
-    return plane_plot.near_plane(load_samples(data), theta_i, phi_i)
+def normal_albedo(kept: EmbeddedFit | KeptMix) -> FloatArray:
+    """The albedo of a fit for light along the normal, (3,), linear. Raises ValueError if there is no fit."""
+    progress.report(0.0, "Albedo")
+    return np.broadcast_to(physics.directional_albedo(fit_of(kept), [0.0])[0], 3).copy()
+
+
+def samples_near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+    """As `plane_plot.samples_near_plane`."""
+    return plane_plot.samples_near_plane(load_samples(data), theta_i, phi_i)
 
 
 def kept_fit(kept: EmbeddedFit) -> fitter.Fit:

@@ -10,7 +10,7 @@ from ..arrays import FloatArray
 from ..errors import ColumnsUnknownError, DatasetError
 from ..samples import RGB
 from .names import ANGLES, parse, role
-from .reading import Reading
+from .reading import Quantity, Reading
 from .spectra import SPAN, to_linear_srgb
 
 GREY_NAMES = ("brdf", "fr", "f_r", "grey", "gray")
@@ -45,57 +45,33 @@ def angles_note(in_degrees: bool, said: str | None, reading: Reading) -> str:
     return f"Angles in {unit}, as asked{against}"
 
 
-def without_cosine(directions: FloatArray, values: FloatArray, cosine: str, path: str | Path,
-                   line: int) -> tuple[FloatArray, FloatArray, str]:
-    """Divide values by the cosine that is in them; those at the horizon, which hold nothing, are left out.
+def to_brdf(directions: FloatArray, values: FloatArray, quantity: Quantity, asked: str, path: str | Path,
+            line: int) -> tuple[FloatArray, FloatArray, list[str]]:
+    """The BRDF by values of a quantity: directions, (n, 4) radians as in `ANGLES`, values, (n, channels), and notes.
 
-    Raises DatasetError if no row is left.
-
-    Parameters
-    ----------
-    directions : (n, 4) float64
-        As in `ANGLES`, radians.
-    values : (n, channels) float64
-    cosine : str
-        "i" or "s": whose cosine.
-    path, line
-        Where the names are from, for the error.
-
-    Returns
-    -------
-    directions, values
-        Of the rows that are left.
-    note : str
+    Values at the horizon hold nothing where a cosine is in them, and are left out. Raises DatasetError if no row is
+    left. `asked` is what notes end with where a user chose the quantity, else empty; path and line are those of the
+    names, for the error.
     """
-    factor = np.cos(directions[:, ANGLES.index(f"theta_{cosine}")])
-    grazing = factor < _LEAST_COSINE
-    directions, values, factor = directions[~grazing], values[~grazing], factor[~grazing]
-    if not len(values):
+    notes = [f"Multiplied by {quantity.scale:.4g}{asked}"] if asked and quantity.scale != 1 else []
+    if not quantity.cosine:
+        return directions, values * quantity.scale, notes or ["Values are the BRDF" + asked] * bool(asked)
+    factor = np.cos(directions[:, ANGLES.index(f"theta_{quantity.cosine}")])
+    kept = factor >= _LEAST_COSINE
+    if not kept.any():
         raise DatasetError("all values are at the horizon, where their cosine is 0", path, line)
-    without = f"; {np.count_nonzero(grazing):,} at the horizon are left out" if grazing.any() else ""
-    return (directions, values / factor[:, None],
-            f"Divided by the cosine of theta_{'i' if cosine == 'i' else 'o'}{without}")
+    without = "" if kept.all() else f"; {np.count_nonzero(~kept):,} at the horizon are left out"
+    notes.append(f"Divided by the cosine of theta_{'i' if quantity.cosine == 'i' else 'o'}{without}{asked}")
+    return directions[kept], values[kept] * quantity.scale / factor[kept, None], notes
 
 
 def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line: int,
                 reading: Reading) -> tuple[tuple[str, ...], FloatArray, tuple[str, ...]]:
-    """The channels, and the values converted to them; spectra become linear sRGB.
+    """The channels, values converted to them, (n, channels), and notes; spectra become linear sRGB.
 
-    Raises DatasetError if the names are anything else.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the columns: R, G and B in any order; wavelengths; or one of `GREY_NAMES`.
-    values : (n, columns) float64
-    path, line
-        Where the names are from, for the error.
-
-    Returns
-    -------
-    channels : tuple of str
-    values : (n, channels) float64
-    notes : tuple of str
+    `names` are those of the columns of `values`, (n, columns): R, G and B in any order; wavelengths; or one of
+    `GREY_NAMES`.
+    Raises DatasetError, with the path and line of the names, if they are anything else.
     """
     upper = [name.upper() for name in names]
     if sorted(upper) == sorted(RGB):

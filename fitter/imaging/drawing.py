@@ -1,16 +1,18 @@
-"""Lines, discs and characters in small pictures: (height, width, 4) float32, the bottom row first."""
+"""Lines, discs and characters in small pictures: (height, width, 4) float32, the bottom row first; in pixels from the
+bottom left."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray
+from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 
 Color = tuple[float, float, float, float]
 """Red, green and blue, as they are displayed, and how much it covers."""
 
-BACKGROUND, LINE_INK = (0.16, 0.16, 0.16, 1.0), (0.9, 0.9, 0.9, 1.0)
-_GLYPH_UNIT = 0.115         # of the size of text: that of `_GLYPHS`
+BACKGROUND, INK = (0.16, 0.16, 0.16, 1.0), (0.92, 0.92, 0.92, 1.0)
+LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
+_GLYPH_UNIT = 0.115               # of the size of text: that of `_GLYPHS`
 _STROKE = 0.115             # likewise: how wide its lines are
 _GLYPHS = {  # polylines through points, x and y, from the lower left corner; capitals are 6 high
          "0": "10 30 41 45 36 16 05 01 10", "1": "05 26 20", "2": "05 16 36 45 44 00 40",
@@ -22,16 +24,10 @@ _GLYPHS = {  # polylines through points, x and y, from the lower left corner; ca
 
 
 class Canvas:
-    """A square picture that is drawn into, in pixels from the bottom left: a pen of `plane_plot`.
+    """A picture that is drawn into, (height, width, 4) float32: a pen of `plane_plot`."""
 
-    Attributes
-    ----------
-    picture : (size, size, 4) float32
-    """
-
-    def __init__(self, size: int) -> None:
-        self.picture = np.empty((size, size, 4), dtype=np.float32)
-        self.picture[...] = BACKGROUND
+    def __init__(self, picture: SingleArray) -> None:
+        self.picture = picture
 
     def line(self, points: ArrayLike, color: Color, width: float) -> None:
         """Draw a polyline: (n, 2)."""
@@ -78,7 +74,7 @@ class Canvas:
         return width
 
     def _cover(self, mask: FloatArray, color: Color) -> None:
-        """Lay a colour over the picture: (size, size), 0 to 1."""
+        """Lay a colour over the picture: (height, width), 0 to 1."""
         share = color[3] * mask[..., None]
         self.picture[..., :3] += (share * (np.asarray(color[:3]) - self.picture[..., :3])).astype(np.float32)
 

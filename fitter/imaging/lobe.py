@@ -99,10 +99,10 @@ def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple
     """
     side = _positions_denser_near(theta_i, np.pi / 2, _ON_ONE_SIDE)
     theta = np.concatenate([-side[:0:-1], side])
-    return theta, at_angle(model, theta_i, phi_i, theta)
+    return theta, evaluate_in_plane(model, theta_i, phi_i, theta)
 
 
-def at_angle(model: Reflectance, theta_i: float, phi_i: float, theta: FloatArray) -> FloatArray:
+def evaluate_in_plane(model: Reflectance, theta_i: float, phi_i: float, theta: FloatArray) -> FloatArray:
     """The values at angles in the plane of incidence, negative on the light's side: (k,) to (k, channels)."""
     return model.evaluate(np.full(len(theta), theta_i), np.full(len(theta), phi_i), np.abs(theta),
                           phi_i + np.where(theta < 0, 0, np.pi))

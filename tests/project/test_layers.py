@@ -158,7 +158,7 @@ def test_what_is_shared_is_imported_from_support():
             assert not_shared(path.relative_to(ROOT).as_posix(), path.read_text("utf-8")) == [], path
 
 
-@pytest.mark.parametrize("path", ["addon/compare/work.py", "addon/core/storage/outcomes.py",
+@pytest.mark.parametrize("path", ["addon/core/storage/outcomes.py",
                                   "addon/photographs/work.py", "addon/starter/thumbnails.py", "addon/starter/work.py",
                                   *(f"addon/work/{name}.py" for name in (
                                       "discovery", "job", "recent", "shared", "tasks", "worker"))])

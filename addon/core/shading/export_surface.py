@@ -4,6 +4,9 @@ It has a Material Output of its own, for all renderers. Cycles and EEVEE prefer 
 whoever asks for any output gets this one: MaterialX, and glTF, which takes the active output. USD takes the first
 Principled BSDF of a material, OBJ and FBX one that is linked to an output. None looks for it inside of a group.
 
+How bright highlights are is a level in glTF and MaterialX, which follow links to Value nodes. In the preview of USD,
+which takes what an input has without its link, as OBJ does, it is an index of refraction.
+
 Tint and Strength multiply all that the closest Principled BSDF reflects. Where images are in them, or are masks of a
 mix, the products are baked: of the four formats glTF alone has a factor beside a texture.
 """
@@ -17,6 +20,8 @@ import bpy
 import numpy as np
 
 from ....fitter.colours import DEFAULT_COLOURS, conversion
+from ....fitter.cycles.principled_bsdf import DIELECTRIC
+from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
@@ -38,6 +43,7 @@ _DISPLACED = "measured_brdf_displacement"       # the node that displacement was
 _EXPORT_KEY = "measured_brdf_key"       # what all was made of,
 _LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
 _LEVEL_INPUT = "Specular IOR Level"
+_INPUTS_OF_USD = ((_LEVEL_INPUT, 0.5), ("IOR", 1.5))      # where links are not followed, and what new nodes have
 NOT_EVERYWHERE = "In "                  # how a loss begins that not all formats have
 _HUE = 0.05                             # of a tint, largest less smallest over largest: less is grey
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
@@ -60,14 +66,14 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
     export = _export_node(not_none(material.node_tree))
     if export is not None:
         fitted = inputs(surface.principled, lambda color: scene_color(surface, color))
-        export[_SHOWN] = {**_last_written(export), _ALBEDO_VALUE: tuple(albedo)}
+        export[_SHOWN] = {**_last_values(export), _ALBEDO_VALUE: tuple(albedo)}
         export[_FITTED] = {**fitted, _ALBEDO_VALUE: tuple(albedo)}
         follow(material, node)
 
 
 def mix(material: bpy.types.Material, node: bpy.types.Node) -> None:
     """Make the Principled BSDF of a mix that `node` shows, between those of its materials."""
-    if _blend_values(node, material, lambda socket: _product(socket).constant):
+    if _blend(node, material, lambda socket: _product(socket).constant):
         _export_node(not_none(material.node_tree))
         follow(material, node)
 
@@ -82,9 +88,9 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
     _follow_normal(tree, node, export)
     _follow_displacement(tree, export)
     products = _products(node)
-    key = repr((_blend_values(node, material, lambda socket: _factor(socket, products, {})),
+    key = repr((_blend(node, material, lambda socket: _factor(socket, products, {})),
                 [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
-                _list_losses(node)))
+                _find_losses(node)))
     if key == export.get(_EXPORT_KEY) and not again:
         return
     found = evaluate(material, node)
@@ -133,7 +139,7 @@ def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
     def read(socket: bpy.types.NodeSocket) -> FloatArray:
         return _factor(socket, products, seen)
 
-    values, lost, tint = _blend_values(node, material, read, fitted), _list_losses(node), np.ones(3)
+    values, lost, tint = _blend(node, material, read, fitted), _find_losses(node), np.ones(3)
     for name in ("Tint", "Strength"):
         tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
     if values:
@@ -154,7 +160,12 @@ def losses(material: bpy.types.Material) -> list[str]:
     if all(link.from_node != export for link in links):
         return [f"What other programs get is the surface at the output {output.name}" if output is not None
                 else "Other programs get no surface: there is no Material Output for all renderers"]
-    return [line for line in export.get(_LOST, "").split("\n") if line]
+    lost = [line for line in export.get(_LOST, "").split("\n") if line]
+    images = [tree.nodes[name].image for name in (BASE_COLOR, ROUGH_METAL) if name in tree.nodes]
+    if any(image is not None and image.packed_file is not None for image in images):
+        lost.append(f"{NOT_EVERYWHERE}OBJ, and in FBX that does not embed them, textures are named and not written "
+                    "while they are packed: File > External Data > Unpack Resources writes them")
+    return lost
 
 
 def uses_images(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bool:
@@ -188,14 +199,14 @@ def scene_color(surface: Surface, color: FloatArray) -> FloatArray:
 def _factors(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
     """The inputs that change what is exported of a measured group or of a mix, also of the mixes inside of it."""
     yield from (node.inputs[name] for name in ("Tint", "Strength") if name in node.inputs)
-    yield from _share_sockets(node)
+    yield from _mix_factors(node)
 
 
-def _share_sockets(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
+def _mix_factors(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
     if mixing.mixes.is_mix(node.node_tree):
         yield mixing.mixes.factor(node)
         for part in mixing.mixes.nodes(node):
-            yield from _share_sockets(part)
+            yield from _mix_factors(part)
 
 
 def _product(socket: bpy.types.NodeSocket) -> Product:
@@ -215,8 +226,8 @@ def _factor(socket: bpy.types.NodeSocket, products: dict[int, Product], seen: di
     return value
 
 
-def _blend_values(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
-                  fitted: Callable[[bpy.types.Material], _Values] | None = None) -> _Values:
+def _blend(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
+             fitted: Callable[[bpy.types.Material], _Values] | None = None) -> _Values:
     """The values of what a measured group or a mix shows, by name: (1 or 3,) or (height, width, 1 or 3); none where
     a material of a mix has been deleted, or has no exported surface."""
     if not mixing.mixes.is_mix(node.node_tree):
@@ -225,7 +236,7 @@ def _blend_values(node: bpy.types.Node, material: bpy.types.Material | None, rea
             return {}
         return _own(export, dict(export[_FITTED].items()) if fitted is None else fitted(material))
     parts, share = mixing.mixes.parts(node), np.clip(read(mixing.mixes.factor(node)), 0, 1)
-    below, above = (_blend_values(part, of, read, fitted)
+    below, above = (_blend(part, of, read, fitted)
                     for part, of in zip(mixing.mixes.nodes(node), parts[:2], strict=True))
     return {name: (1 - weight) * below[name] + weight * above[name] for name in below if name in above
             for weight in [share if len(below[name]) == 3 else share[..., :1]]}
@@ -233,34 +244,44 @@ def _blend_values(node: bpy.types.Node, material: bpy.types.Material | None, rea
 
 def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
     """The values of a fit, and what the user has changed of them."""
-    written, values = _last_written(export), {}
+    written, values = _last_values(export), {}
     for name, value in fitted.items():
         is_own = name == _ALBEDO_VALUE or _is_as_written(export, name, written)
-        own = value if is_own else export.inputs[name].default_value
+        own = value if is_own else _socket(export, name).default_value
         values[name] = np.array(own, dtype=float).ravel()[:3]
     return values
 
 
-def _last_written(export: bpy.types.Node) -> _Values:
+def _last_values(export: bpy.types.Node) -> _Values:
     """The values that were last written."""
     return dict(export.get(_SHOWN, {}).items())
 
 
 def _is_as_written(export: bpy.types.Node, name: str, written: _Values) -> bool:
-    return name not in written or np.allclose(written[name], export.inputs[name].default_value, atol=1e-6)
+    return name not in written or np.allclose(written[name], _socket(export, name).default_value, atol=1e-6)
+
+
+def _socket(export: bpy.types.Node, name: str) -> Any:
+    """Where the value of an input is: at a Value node of ours that is connected to it, or at the input itself."""
+    link = next(iter(not_none(export.inputs[name].links)), None)
+    is_ours = link is not None and link.from_node.name == f"{EXPORT_NAME} {name}" and link.from_node.type == "VALUE"
+    return link.from_socket if link is not None and is_ours else export.inputs[name]
 
 
 def _multiply(values: _Values, factor: FloatArray, lost: list[str]) -> None:
     """Multiply all that a surface reflects; `lost` gets what of it exceeds 1, or is not in all files.
 
-    How bright highlights are is in their level, which all formats have, and their hue in the tint, which glTF and
-    MaterialX have. The tint of a metal is that of its edge, which no level changes.
+    How bright highlights are is in their level, and their hue in the tint, which glTF and MaterialX have. The tint of a
+    metal is that of its edge, which no level changes.
     """
     grey = (factor @ export_inputs.grey_weights())[..., None]
     brightest = factor.max(axis=-1, keepdims=True) ** (1 - values["Metallic"])
     values["Specular Tint"] = np.divide(1.0, brightest, out=np.ones_like(brightest), where=brightest > 0) * np.ones(3)
     if _LEVEL_INPUT in values:
         values[_LEVEL_INPUT] = values[_LEVEL_INPUT] * brightest
+    if np.abs(brightest - 1).max() > _HUE:
+        lost.append(f"{NOT_EVERYWHERE}FBX highlights are as bright as without Tint and Strength; so they are in OBJ "
+                    "where a program does not read its index of refraction")
     if (np.ptp(factor / np.maximum(brightest, 1e-9), axis=-1, keepdims=True) * (1 - values["Metallic"])).max() > _HUE:
         lost.append(f"{NOT_EVERYWHERE}USD, OBJ and FBX highlights are white: these formats have no tint of them")
     for name, by in (("Base Color", factor), ("Specular Tint", factor), ("Sheen Tint", factor), ("Coat Weight", grey),
@@ -279,7 +300,7 @@ def _mean(value: FloatArray) -> Any:
     return (*mean.tolist(), 1.0) if len(mean) == 3 else float(mean[0])
 
 
-def _list_losses(node: bpy.types.Node) -> list[str]:
+def _find_losses(node: bpy.types.Node) -> list[str]:
     lost, placements = [], []
     for socket in _factors(node):
         try:
@@ -415,16 +436,20 @@ def _connect(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy
 
 def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
     """Set inputs; what a user has changed since they were last set stays."""
-    written = _last_written(node)
+    written = _last_values(node)
     for name, value in values.items():
         if _is_as_written(node, name, written):
-            node.inputs[name].default_value = written[name] = value
+            _socket(node, name).default_value = written[name] = value
     node[_SHOWN] = written
+    # UsdPreviewSurface has no level: an index alone tells how bright highlights are
+    if all(_socket(node, name) != node.inputs[name] for name, _ in _INPUTS_OF_USD):
+        level = np.array(_socket(node, _LEVEL_INPUT).default_value)
+        node.inputs["IOR"].default_value = float(reflectance_to_index(2 * DIELECTRIC * level))
 
 
 def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:
     """Set the colour in the Solid viewport, unless the user has."""
-    before = _last_written(export)
+    before = _last_values(export)
     if _ALBEDO_VALUE not in before or np.allclose(before[_ALBEDO_VALUE], material.diffuse_color[:3], atol=1e-6):
         material.diffuse_color = albedo
         export[_SHOWN] = {**before, _ALBEDO_VALUE: albedo[:3]}
@@ -445,6 +470,11 @@ def _export_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     below = min((each.location.y for each in outputs), default=0) - 180
     if node is None:
         node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+        for number, (name, value) in enumerate(_INPUTS_OF_USD):
+            made = tree.nodes.new("ShaderNodeValue")
+            made.name, made.label, made.location = f"{EXPORT_NAME} {name}", name, (right - 460, below - 100 * number)
+            made.outputs[0].default_value = node.inputs[name].default_value = value
+            tree.links.new(made.outputs[0], node.inputs[name])
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     node.name = node.label = output.label = EXPORT_NAME
     output.location, node.location = (right, below), (right - 260, below)

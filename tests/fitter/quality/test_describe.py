@@ -10,7 +10,7 @@ import pytest
 
 import fitter
 from fitter.cycles.principled import albedo
-from fitter.imaging import pictures, studio
+from fitter.imaging import pictures, plane_plot, studio
 from fitter.imaging.plane_plot import Plotted
 from fitter.quality.describe import describe, open_questions
 
@@ -212,9 +212,9 @@ def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
 def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it():
     theta = np.radians([10, 40, 70])
     samples = fitter.Samples(np.full(3, 0.7), np.zeros(3), theta, np.full(3, np.pi), np.full((3, 1), 0.5 / np.pi))
-    picture, shown = pictures.polar_plot([Plotted(Lambertian())], samples, 0.6, 200)
+    picture, shown = plane_plot.polar_plot([Plotted(Lambertian())], samples, 0.6, 200)
     assert shown == pytest.approx(0.7)
-    disc = pictures.picture_disc(200)
+    disc = plane_plot.picture_disc(200)
     for angle_from_normal in np.radians([-80, -45, 0, 45, 80]):
         x, y = disc.points(angle_from_normal, 1.0).astype(int)
         assert picture[y - 1:y + 2, x - 1:x + 2, 0].max() > 0.7
@@ -223,7 +223,7 @@ def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it(
 
 def test_without_samples_near_the_plane_the_plot_shows_none():
     samples = fitter.Samples([0.7], [0.0], [0.7], [np.pi / 2], [[1.0]])
-    assert math.isnan(pictures.polar_plot([Plotted(Lambertian())], samples, 0.6, 64)[1])
+    assert math.isnan(plane_plot.polar_plot([Plotted(Lambertian())], samples, 0.6, 64)[1])
 
 
 @pytest.mark.parametrize(("degrees", "guessed"), [(80, "beyond 80°, where nothing was measured"), (89.5, None)])
