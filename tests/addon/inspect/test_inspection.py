@@ -246,7 +246,7 @@ def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monke
 
 def test_dots_of_the_same_values_at_other_angles_are_drawn_anew(stage, parts, monkeypatch):
     dots = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
-    monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: dots)
+    monkeypatch.setattr(parts.session.queries, "samples_near_plane", lambda *_: dots)
     stage.begin()
     answer()
     stage.send("TIMER")
@@ -311,7 +311,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     monkeypatch.setattr(parts.session.queries, "samples_near_plane",
                         lambda *_: SimpleNamespace(finished=1.0, result=dots))
     monkeypatch.setattr(drawing_plane, "samples_near_plane", lambda *_: dots)
-    monkeypatch.setattr(tasks, "samples_of", lambda _data: "samples")
+    monkeypatch.setattr(tasks, "load_samples", lambda _data: "samples")
     stage.begin()
     answer()
     stage.send("TIMER")
