@@ -34,7 +34,7 @@ _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _WORD_PATTERN = re.compile(r"[a-z]+|\d+(?:\.\d+)?")
 _JOINED = re.compile(r"(d|delta)?(theta|zenith|polar|phi|azimuth(?:al)?)([a-z]*)")
 _POLAR_WORDS = frozenset({"theta", "zenith", "polar"})
-_AZIMUTH = frozenset({"phi", "azimuth", "azimuthal", "az", "azi"})
+_AZIMUTH_WORDS = frozenset({"phi", "azimuth", "azimuthal", "az", "azi"})
 _INCIDENT = frozenset({"i", "in", "inc", "incident", "incidence", "incoming", "illumination", "illuminating",
                        "illum", "source", "light", "lamp", "l", "sun", "solar", "irradiation", "input"})
 _OUTGOING = frozenset({"o", "out", "outgoing", "r", "refl", "reflected", "reflection", "s", "scat", "scatter",
@@ -147,7 +147,7 @@ def role(name: str) -> str | None:
     if len(words) == 1 and words[0] in {**_SHORT, **_ANGLE_WORDS}:
         return {**_SHORT, **_ANGLE_WORDS}[words[0]]
     kept = [word for word in words if word not in _FILLER_WORDS]
-    polar, azimuth = _POLAR_WORDS.intersection(kept), _AZIMUTH.intersection(kept)
+    polar, azimuth = _POLAR_WORDS.intersection(kept), _AZIMUTH_WORDS.intersection(kept)
     rest = [word for word in kept if word not in polar and word not in azimuth]
     if (polar and not azimuth) or (not azimuth and {"angle", "angles", "ang"}.intersection(words)):
         return "theta_i" if _all(rest, _INCIDENT) else "theta_s" if _all(rest, _OUTGOING) else None if rest else THETA

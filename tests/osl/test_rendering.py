@@ -279,7 +279,8 @@ def radiance_of_lamp(fit, polar, half_side, is_inside, power):
     distance = np.linalg.norm(toward, axis=1)
     toward /= distance[:, None]
     value = fit.evaluate(np.arccos(toward[:, 2]), np.arctan2(toward[:, 1], toward[:, 0]), polar, math.pi)
-    return (np.maximum(value, 0) * (toward[:, 2] * (toward @ middle) / distance**2)[:, None]).mean(axis=0) * power / math.pi
+    form = toward[:, 2] * (toward @ middle) / distance**2
+    return (np.maximum(value, 0) * form[:, None]).mean(axis=0) * power / math.pi
 
 
 @pytest.mark.parametrize(("shape", "degrees"), quick(

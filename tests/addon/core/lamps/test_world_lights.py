@@ -179,5 +179,5 @@ def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, 
     images = [blender.data.images.new("Sky", 64, 32, float_buffer=True) for _ in range(2)]
     for _ in range(3):
         for image in images:
-            sky._in_image(image)
+            sky._image_spots(image)
     assert len(looked) == 2

@@ -225,11 +225,11 @@ def test_a_level_that_a_user_has_set_or_disconnected_stays(blender, material):
 
     update(material, CLOTH)
     tree = material.node_tree
-    tree.nodes[f"{export_surface.NAME} Specular IOR Level"].outputs[0].default_value = 0.2
+    tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value = 0.2
     update(material, CAR)
-    assert tree.nodes[f"{export_surface.NAME} Specular IOR Level"].outputs[0].default_value == pytest.approx(0.2)
-    level = tree.nodes[export_surface.NAME].inputs["Specular IOR Level"]
-    assert highlight(tree.nodes[export_surface.NAME].inputs["IOR"].default_value) == pytest.approx(0.08 * 0.2)
+    assert tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value == pytest.approx(0.2)
+    level = tree.nodes[export_surface.EXPORT_NAME].inputs["Specular IOR Level"]
+    assert highlight(tree.nodes[export_surface.EXPORT_NAME].inputs["IOR"].default_value) == pytest.approx(0.08 * 0.2)
     tree.links.remove(level.links[0])
     level.default_value = 0.7
     update(material, CLOTH)
@@ -399,7 +399,7 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
     follow(material)
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx(TINT * STRENGTH, abs=EXACT)
     assert highlight(export.inputs["IOR"].default_value) == pytest.approx(0.08 * CAR.specular_level)
-    level = material.node_tree.nodes[f"{export_surface.NAME} Specular IOR Level"].outputs[0]
+    level = material.node_tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0]
     assert level.default_value == pytest.approx(CAR.specular_level)
     node.inputs["Strength"].default_value = 0
     follow(material)
