@@ -17,12 +17,12 @@ import time
 
 import numpy as np
 
-from fitter.imaging.pictures import lit_sphere
 from fitter.library import ready
 from fitter.methods import regression_kriging
 from fitter.methods.gaussian_process import Kernel
 from fitter.model import published
 from support.evidence import show_table
+from support.lamp_spheres import lamp_sphere
 from support.library import albedo_error, swapped_error
 
 _LIMITS = 0.02, 0.05, 0.1, 0.25
@@ -72,7 +72,7 @@ def draw(path):
         model = published.find(name).model
         lit = model.evaluate(0.6, 0, 0.6, np.pi / 2).max() * np.cos(0.6) * np.pi
         for axis, title, each in zip(row, ("model", "before", "now"), (model, before, ready.fit(name)), strict=True):
-            axis.imshow(lit_sphere(each, _SIZE, [(_LAMP, _BRIGHT / lit)]), origin="lower")
+            axis.imshow(lamp_sphere(each, _SIZE, [(_LAMP, _BRIGHT / lit)]), origin="lower")
             axis.set_axis_off()
             axis.set_title(f"{published.find(name).label}: {title}", fontsize=8)
     save(figure, path)

@@ -24,19 +24,20 @@ from .colours import COLOURS
 from .colours import DEFAULT_COLOURS as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .errors import printable
-from .formats import KNOWN_FILES, list_samples, reading, saved_samples
+from .formats import KNOWN_FILES, list_files, list_samples, reading, saved_samples
 from .methods import METHODS
 from .model.published import parse_virtual_path
 from .photographs.ball.advice import report_ball
 from .photographs.ball.measuring import measure_ball
+from .photographs.description.capture_setup import list_files as list_described_files
 from .photographs.description.parsing import read
 from .photographs.flat import map_files
 from .photographs.flat.maps import check_materials
 from .photographs.flat.reading import read_sample
 from .photographs.flat.tiling import cut_tile, tile_size
-from .quality import albedo, verdict
-from .quality.describe import describe
-from .storage.files import replace_file
+from .quality import verdict
+from .quality.describe import describe, open_questions
+from .storage.files import check_not_read, replace_file
 
 BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
 _NOT_GIVEN = object()       # None means plain MBA
@@ -201,6 +202,7 @@ def _describe_fit(fit: Fit) -> None:
 
 
 def _fit(options: argparse.Namespace) -> bool:
+    check_not_read(options.out, list_files(options.file))
     arguments: dict[str, Any] = {**PRESETS[options.preset], **level_arguments(options)}
     if options.method is not None:
         arguments["method"] = options.method
@@ -211,6 +213,8 @@ def _fit(options: argparse.Namespace) -> bool:
     seconds = time.perf_counter() - start
     fit.save(options.out)
     _describe_fit(fit)
+    if options.sample is None and (several := list_samples(options.file, options.columns)):
+        say(f"  the first of {len(several)} samples in the file; --sample chooses another")
     for change in fit.changes:
         say(f"  {change}")
     say(f"  fitted in {seconds:.3f} s")
@@ -220,10 +224,9 @@ def _fit(options: argparse.Namespace) -> bool:
         rows += zip(samples.channels, channel_metrics(samples.values, fitted), strict=True)
     for name, errors in rows:
         say(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
-    judged, doubt = verdict.judge(samples, fit), albedo.implausibility_message(samples)
+    judged, doubts = verdict.judge(samples, fit), open_questions(samples)
     line = verdict.line(judged)
-    doubts = [doubt] if doubt else []
-    return _print_messages([line, *doubts], [line, *doubts] if verdict.match_message(judged).is_bad else doubts, "  ")
+    return _print_messages([line, *doubts], (line, *doubts) if verdict.match_message(judged).is_bad else doubts, "  ")
 
 
 def _print_messages(lines: Sequence[str], doubts: Sequence[str], indent: str = "") -> bool:
@@ -234,6 +237,7 @@ def _print_messages(lines: Sequence[str], doubts: Sequence[str], indent: str = "
 
 
 def _bake(options: argparse.Namespace) -> None:
+    check_not_read(options.out, [options.file])
     source = bake(Fit.load(options.file))
     with replace_file(options.out, "w") as stream:
         stream.write(source)
@@ -241,7 +245,9 @@ def _bake(options: argparse.Namespace) -> None:
 
 
 def _photographs(options: argparse.Namespace) -> bool:
-    measured = measure_ball(read(options.file))
+    setup = read(options.file)
+    check_not_read(options.out, list_described_files(setup))
+    measured = measure_ball(setup)
     saved_samples.write(measured.samples, options.out)
     say(measured.samples.name)
     is_good = _print_messages(*report_ball(measured), "  ")
@@ -250,7 +256,9 @@ def _photographs(options: argparse.Namespace) -> bool:
 
 
 def _flat(options: argparse.Namespace) -> bool:
-    sample = read_sample(read(options.file))
+    setup = read(options.file)
+    map_files.check_folder(options.out)
+    sample = read_sample(setup)
     fits: list[Fit] | int | None = sample.number
     if sample.materials:
         materials = [Fit.load(path) if saved_samples.is_another(path) else load(path) for path in sample.materials]
@@ -268,7 +276,7 @@ def _flat(options: argparse.Namespace) -> bool:
     return is_good
 
 
-def _report(options: argparse.Namespace) -> None:
+def _report(options: argparse.Namespace) -> bool:
     found, fits = [], report.ways(options.levels)
     samples = list(report.materials(options.files, **reading_arguments(options)))
     for number, each in enumerate(samples):
@@ -278,6 +286,8 @@ def _report(options: argparse.Namespace) -> None:
     report.write(found, options.out)
     for line in report.markdown(found).splitlines():
         say(line)
+    asked = [question for each in samples for question in open_questions(each)]
+    return _print_messages(asked, asked)
 
 
 def prepare_terminal() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from .arrays import BoolArray, FloatArray
 
-_SMALL = 1e-12              # what is rounding, of the largest right side, and of a diagonal element
+_ROUNDED = 1e-12           # what is rounding, of the largest right side, and of a diagonal element
 _ROUNDS = 30                # of pivoting, at most
 _LEAST_DIAGONAL = 1e-9      # of normal equations
 
@@ -41,9 +41,9 @@ def nonnegative_least_squares(normal: FloatArray, right: FloatArray, positive: B
     """
     unknowns = right.shape[-1]
     scale = 1 / np.sqrt(np.einsum("...kk->...k", normal)).reshape(-1, unknowns)
-    matrix = normal.reshape(-1, unknowns, unknowns) * scale[:, :, None] * scale[:, None] + _SMALL * np.eye(unknowns)
+    matrix = normal.reshape(-1, unknowns, unknowns) * scale[:, :, None] * scale[:, None] + _ROUNDED * np.eye(unknowns)
     target = right.reshape(-1, unknowns) * scale
-    small = _SMALL * np.abs(target).max(axis=1, keepdims=True)
+    small = _ROUNDED * np.abs(target).max(axis=1, keepdims=True)
     free = target > 0 if positive is None else positive.reshape(target.shape).copy()
     fewest, patience = np.full(len(target), unknowns + 1), np.ones(len(target))
     for _ in range(_ROUNDS):

@@ -22,7 +22,7 @@ LARGEST_AZIMUTH = 1e6       # radians or degrees: up to it, double precision res
 ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
 _AT_NORMAL = 1e-3           # radians from the normal within which a direction has no azimuth
 _DECIMALS = 10              # of a surface's values, 1/sr
-_STEPS = 15_000             # in a quarter turn: directions that agree so far are one
+_ROTATION_STEPS = 15_000    # in a quarter turn: directions that agree so far are one
 _Array = TypeVar("_Array", FloatArray, BoolArray)
 
 
@@ -255,9 +255,10 @@ def _number_pairs(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, p
     """A number for each pair of directions, (n,): the same where they agree. The normal has no azimuth."""
     number = np.zeros(len(theta_i), np.int64)
     for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)):
-        elevation = np.rint(theta * (_STEPS / HORIZON)).astype(np.int64)
-        azimuth = np.rint(np.mod(phi, 4 * HORIZON) * (_STEPS / HORIZON)).astype(np.int64) % (4 * _STEPS)
-        number = (number * (_STEPS + 1) + elevation) * (4 * _STEPS) + azimuth * (elevation > 0)
+        elevation = np.rint(theta * (_ROTATION_STEPS / HORIZON)).astype(np.int64)
+        azimuth = np.rint(np.mod(phi, 4 * HORIZON) * (_ROTATION_STEPS / HORIZON)).astype(np.int64)
+        azimuth %= 4 * _ROTATION_STEPS
+        number = (number * (_ROTATION_STEPS + 1) + elevation) * (4 * _ROTATION_STEPS) + azimuth * (elevation > 0)
     return number
 
 

@@ -160,8 +160,9 @@ NARROW_WIDTH = 0.075
 MOST_NARROW = 0.25
 # Share of what is shown toward a lamp that a sampled direction takes away at most.
 MOST_CORRECTED = 0.65
-# Share of what is shown toward a lamp below which a sampled direction does not correct it.
-NEGLIGIBLE = 0.04
+# Share of what is shown toward a lamp below which the lamp's lobe takes a correction, evenly. With .02 satin gold has
+# 2.7 times the noise under an area lamp, with .2 .85 times.
+SMALL_CORRECTION = 0.1
 
 # The shading frame, and the horizon (osl/shading_frame.h).
 

@@ -6,13 +6,14 @@
 
 struct LampList {
   vector direction[MAX_LAMPS];      /* in the shading frame */
-  float radius[MAX_LAMPS];          /* angular, of the lamp's disk */
+  float radius[MAX_LAMPS];          /* angular, of the disk about the lamp */
+  float core[MAX_LAMPS];            /* the radius of a disk of the lamp's area, in that */
   float light[MAX_LAMPS];           /* about what it adds to the irradiance of the point; only ratios matter */
   int count;
 };
 
 /* A lamp's direction from a point, the angular radius of its disk, and its irradiance at normal incidence. For a sun,
- * `lamp` is a direction and its size minus its angular radius; `extent` is (size, strength, unused). */
+ * `lamp` is a direction and its size minus its angular radius; `extent` is (size, strength, core). */
 vector lamp_direction(vector lamp, vector extent, point at, output float radius, output float light)
 {
   if (extent[0] < 0.0) {
@@ -36,6 +37,7 @@ void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output L
   if (light > 0.0 && w[2] > -sin(radius)) {
     lamps.direction[lamps.count] = w;
     lamps.radius[lamps.count] = radius;
+    lamps.core[lamps.count] = extent[2];
     lamps.light[lamps.count] = light * max(w[2], LEAST_LAMP_COSINE);
     lamps.count++;
   }

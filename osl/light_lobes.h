@@ -14,6 +14,7 @@ struct LightLobes {
   float exponent[MAX_LAMPS];
   color height[MAX_LAMPS];              /* of the value along the axis */
   float times[MAX_LAMPS];               /* by which a lobe is multiplied, where some lamps are taken of many */
+  int lamp[MAX_LAMPS];
   int count;
 };
 
@@ -118,6 +119,7 @@ void keep_sampled_lobes(output LightLobes lobes)
       lobes.axis[kept] = lobes.axis[i];
       lobes.exponent[kept] = lobes.exponent[i];
       lobes.height[kept] = lobes.times[i] * lobes.height[i];
+      lobes.lamp[kept] = lobes.lamp[i];
       kept++;
     }
   }
@@ -176,9 +178,30 @@ void fit_light_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture m
       lobes.exponent[lobes.count] = lobe_exponent(radius);
       lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
       lobes.times[lobes.count] = times[i];
+      lobes.lamp[lobes.count] = i;
       lobes.count++;
     }
   }
+}
+
+/* Give the lobe of a lamp a value in one direction, over the pdf of that direction, evenly: what the directions in the
+ * middle of the lamp have, up to as large a part as the lamp fills, stands for all of it. False where no lobe has the
+ * direction. */
+int spread_over_lamp(LampList lamps, vector w, color value, output LightLobes lobes)
+{
+  for (int i = 0; i < lobes.count; i++) {
+    int lamp = lobes.lamp[i];
+    float radius = lamps.radius[lamp];
+    float cosine = dot(lobes.axis[i], w);
+    if (radius >= SMALL_LAMP_RADIUS && lamps.core[lamp] > 0.0 && cosine > cos(radius)) {
+      float edge = cos(lamps.core[lamp] * radius);
+      if (cosine > edge) {
+        lobes.height[i] += value / (M_2PI * (1.0 - edge));
+      }
+      return 1;
+    }
+  }
+  return 0;
 }
 
 /* A lobe is hardly ever followed: Cycles finds lamps by sampling them, and the weights of all closures are the denoiser's

@@ -60,15 +60,23 @@ color denoised_weights(Mixture mixture)
   return channel_sum(narrow) < MOST_NARROW * channel_sum(all) ? all - narrow : all;
 }
 
-/* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes.
+/* What a sampled direction carries, over the pdf. */
+struct Carried {
+  vector direction;
+  color value;
+  float corrected;          /* the share that it takes away, or adds, of what other samples show of the whole lamp */
+};
+
+/* What is left in the sampled direction besides the mixture and the lobes.
  *
- * Toward a known lamp it corrects what the mixture and the lobe show, where that matters. It takes away no more than a
- * share of that, and is followed as often as the correction is large in the channel that loses most, so that no sample
- * takes away more than others show of the whole lamp; on bright surfaces, whose weights leave no room for that in the
- * denoiser's albedo, a few times as much. Elsewhere it takes nothing away, as a direction that meets a light
- * by chance would leave a black pixel: what the mixture has above the fit is given less of what is left instead. */
-closure color residual_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LightLobes lobes,
-                               ResidualPlan plan, ShadingFrame frame, color tint)
+ * Toward a known lamp it corrects what they show. Where that is little, the lobe of the lamp takes it, evenly over the
+ * lamp: its mean is right, without noise. Else a direction takes away no more than a share of what is shown, and is
+ * followed as often as the correction is large in the channel that loses most, so that no sample takes away more than
+ * others show of the whole lamp; on bright surfaces, whose weights leave no room for that in the denoiser's albedo, a
+ * few times as much. Elsewhere it takes nothing away, as a direction that meets a light by chance would leave a black
+ * pixel: what the mixture has above the fit is given less of what is left instead. */
+Carried carry_residual(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, ResidualPlan plan,
+                       output LightLobes lobes)
 {
   int last = all.count - 1;
   vector wi = all.direction[last];
@@ -79,35 +87,44 @@ closure color residual_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all
     pdf += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
   pdf *= plan.probability;
-  float corrected = 0.0;
+  Carried carried;
+  carried.direction = wi;
+  carried.corrected = 0.0;
   float solid_angle;
   float above = visible_lamp_fraction(lamps, wi, solid_angle);
   if (above > 0.0) {
     color shown = all.mixed[last] + lobed;
     value = max(value, -MOST_CORRECTED * above * shown);
-    if (channel_sum(fabs(value)) < NEGLIGIBLE * channel_sum(shown)) {
+    if (channel_sum(fabs(value)) < SMALL_CORRECTION * channel_sum(shown) &&
+        spread_over_lamp(lamps, wi, value / pdf, lobes)) {
       value = 0.0;
     }
     /* what other samples show of the whole lamp, in the mean */
     color whole = shown * (solid_angle * pdf);
-    corrected = min(max(largest(-value / whole),
-                        channel_sum(fabs(value)) / max(channel_sum(whole), LEAST_WEIGHT)), 1.0);
-    value = max(value, -corrected * whole);
+    carried.corrected = min(max(largest(-value / whole),
+                                channel_sum(fabs(value)) / max(channel_sum(whole), LEAST_WEIGHT)), 1.0);
+    value = max(value, -carried.corrected * whole);
   }
   else {
     value = mixture.balance * max(all.residual[last], 0.0) - lobed;
   }
-  vector half = normalize(mixture.wo + wi);
-  color carried = value / pdf;
-  /* in the mean the weights of all closures are the albedo of the fit, which is the denoiser's */
+  carried.value = value / pdf;
+  return carried;
+}
+
+/* A phong_ramp so narrow that it sends a path in the sampled direction. What carries more is followed more often; in the
+ * mean the weights of all closures are the albedo of the fit, which is the denoiser's. */
+closure color residual_closure(Mixture mixture, Carried carried, ResidualPlan plan, ShadingFrame frame, color tint)
+{
+  vector half = normalize(mixture.wo + carried.direction);
   color room = (1.0 - CORRECTION_WEIGHT * plan.toward_lamp) * mixture.albedo - denoised_weights(mixture);
   color usual = max(room, LEAST_FOLLOWED * mixture.albedo) / plan.probability;
-  /* what carries more is followed more often */
-  float size = channel_sum(fabs(carried)) * plan.probability / max(channel_sum(mixture.residual), LEAST_WEIGHT);
+  float size = channel_sum(fabs(carried.value)) * plan.probability / max(channel_sum(mixture.residual), LEAST_WEIGHT);
   float followed = clamp((1.0 - largest(mixture.albedo)) / BRIGHT, LEAST_CORRECTION, 1.0);
-  color weight = max(size * usual, mixture.albedo * (followed * corrected));
+  color weight = max(size * usual, mixture.albedo * (followed * carried.corrected));
   weight = max(weight, color(max(LEAST_COLOUR * largest(weight), LEAST_WEIGHT)));
-  color colour = carried / weight * ((RESIDUAL_EXPONENT + 1.0) / ((RESIDUAL_EXPONENT + 2.0) * dot(half, wi)));
+  color colour = carried.value / weight *
+                 ((RESIDUAL_EXPONENT + 1.0) / ((RESIDUAL_EXPONENT + 2.0) * dot(half, carried.direction)));
   color ramp[KNOTS];
   for (int j = 0; j < KNOTS; j++) {
     ramp[j] = colour;
@@ -150,9 +167,12 @@ closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, 
   if (many) {
     keep_sampled_lobes(lobes);
   }
-  closure color sum = light_lobe_closures(FLAT_RAMP, lobes, frame, tint);
+  closure color sum = 0;
   if (all.needed[last]) {
-    sum += residual_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, frame, tint);
+    Carried carried = carry_residual(FLAT_RAMP, mixture, all, lamps, plan, lobes);
+    if (carried.value != color(0.0)) {
+      sum = residual_closure(mixture, carried, plan, frame, tint);
+    }
   }
-  return sum;
+  return sum + light_lobe_closures(FLAT_RAMP, lobes, frame, tint);
 }

@@ -156,7 +156,7 @@ def keep_all():
         "core.shading.compiler", "work.process"))
     code = (bpy.app.version_string + bpy.app.build_hash.decode()).encode() + Path(compiler.__file__).read_bytes()
     replace(compiler, "_bytecode", lambda: code)
-    process._SCRIPT = ROOT / "support" / "kept_worker.py"
+    process._WORKER_SCRIPT = ROOT / "support" / "kept_worker.py"
 
 
 def remove_unused():

@@ -158,7 +158,7 @@ def quick(extension, monkeypatch):
             return _known[key]
         return remembered
 
-    for module, names in ((tasks, ["outcome", "rebake", "adjusted"]),
+    for module, names in ((tasks, ["outcome", "rebake", "edit_surface"]),
                           (pictures, ["lit_sphere"])):
         for name in names:
             monkeypatch.setattr(module, name, remember(getattr(module, name)))

@@ -68,7 +68,7 @@ class Entry:
 ENTRIES = {
     "stability": Entry("python -m tools.stability", ("stability",), (*FITS, "support/hard_cases.py")),
     "weight": Entry("python -m benchmarks.weight", ("weight",), (
-        *SHADER, "benchmarks/weight.py", "addon/core/shading/bytecode.py")),
+        *SHADER, "benchmarks/weight.py", "addon/core/shading/compiler.py")),
     "starts": Entry("python -m benchmarks.starts", ("starts", "starts-animation"), (*SHADER, "benchmarks/starts.py")),
     "black-pixels": Entry("python -m benchmarks.black_pixels", ("black-pixels", "black-pixels-most"),
                           (*SHADER, "benchmarks/black_pixels.py")),
@@ -79,7 +79,8 @@ ENTRIES = {
     "rims": Entry("python -m benchmarks.rims", ("rims-rgl", "rims-others"), (
         *FITS, "benchmarks/rims.py", "support/rims.py")),
     "library": Entry("python -m benchmarks.library --picture docs/library_balls.png", ("library",), (
-        *FITS, "fitter/model/published.py", "fitter/library/ready.py", "benchmarks/library.py", "support/library.py"),
+        *FITS, "fitter/model/published.py", "fitter/library/ready.py", "benchmarks/library.py", "support/library.py",
+        "support/lamp_spheres.py"),
         ("library_balls.png",)),
     "rings": Entry("python -m benchmarks.rings", ("rings",), (
         *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/rings.py")),
@@ -99,7 +100,8 @@ ENTRIES = {
                    ("dense_spheres.png",), "build/dense"),
     "held-out": Entry("python -m benchmarks.held_out --resume --out build/held_out",
                       ("held-out-held-out", "held-out-truth", "held-out-share"),
-                      (*FITS, "benchmarks/held_out", "benchmarks/harness", "benchmarks/report/baselines"),
+                      (*FITS, "benchmarks/held_out", "benchmarks/harness", "benchmarks/report/baselines",
+                       "support/lamp_spheres.py"),
                       ("held_out_spheres.png",), "build/held_out"),
     "report": Entry("python -m benchmarks.report --out build/report", (
         "report-claim", "report-errors", "report-times", "report-storage", "report-methods", "report-pictures",

@@ -275,7 +275,7 @@ def check(content, path):
     if samples is None:
         return "refused", seconds, memory
     _check_limits(samples)
-    known, _ = formats._recognised(path)
+    known, _ = formats._recognise(path)
     if known in NAIVE:
         _compare(samples, *NAIVE[known](content), computed=known is merl.FORMAT)
     assert shown.description.count == len(samples)

@@ -7,9 +7,9 @@ from ..core.blender import shared_groups
 from ..core.blender.active_material import active_material, is_editable
 from ..core.shading import material as materials
 
-_KIND = "Flakes"
-_NORMAL = "Normal"          # input of the groups, and input and output of the flakes'
-_SIZE, _SPREAD = 0.005, 0.1     # units of the object, and radians
+_FLAKES_KIND = "Flakes"
+_NORMAL_SOCKET = "Normal"   # input of the groups, and input and output of the flakes'
+_SIZE, _FLAKE_SPREAD = 0.005, 0.1  # units of the object, and radians
 
 
 class MEASUREDBRDF_OT_add_flakes(bpy.types.Operator):
@@ -28,19 +28,19 @@ material already, as many at once as the instrument saw, and becomes a little wi
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         node = not_none(materials.surface_node(not_none(active_material(context))))
-        tree, normal = node.id_data, node.inputs[_NORMAL]
+        tree, normal = node.id_data, node.inputs[_NORMAL_SOCKET]
         flakes = tree.nodes.new("ShaderNodeGroup")
-        flakes.node_tree = shared_groups.shared_group(_KIND, _fill)
+        flakes.node_tree = shared_groups.shared_group(_FLAKES_KIND, _fill)
         flakes.location, flakes.width = (node.location.x - 240, node.location.y - 200), 180
         if normal.is_linked:                    # a bump or normal map, which the flakes lie on
-            tree.links.new(not_none(normal.links)[0].from_socket, flakes.inputs[_NORMAL])
-        tree.links.new(flakes.outputs[_NORMAL], normal)
+            tree.links.new(not_none(normal.links)[0].from_socket, flakes.inputs[_NORMAL_SOCKET])
+        tree.links.new(flakes.outputs[_NORMAL_SOCKET], normal)
         return {"FINISHED"}
 
 
 def has_flakes(node: bpy.types.Node) -> bool:
     """Whether flakes are connected to the node of a measured BRDF or of a mix."""
-    links = node.inputs[_NORMAL].links or ()
+    links = node.inputs[_NORMAL_SOCKET].links or ()
     return any(getattr(link.from_node, "node_tree", None) is not None
                and shared_groups.is_unchanged(link.from_node.node_tree) for link in links)
 
@@ -51,12 +51,12 @@ def _fill(tree: bpy.types.NodeTree) -> None:
     size.default_value, size.min_value, size.subtype = _SIZE, 1e-6, "DISTANCE"
     size.description = "Width of a flake, in units of the object"
     spread = sockets.new_socket("Spread", in_out="INPUT", socket_type="NodeSocketFloat")
-    spread.default_value, spread.min_value, spread.max_value, spread.subtype = _SPREAD, 0, 1, "ANGLE"
+    spread.default_value, spread.min_value, spread.max_value, spread.subtype = _FLAKE_SPREAD, 0, 1, "ANGLE"
     spread.description = "How far flakes are tilted at most, to each side"
-    below = sockets.new_socket(_NORMAL, in_out="INPUT", socket_type="NodeSocketVector")
+    below = sockets.new_socket(_NORMAL_SOCKET, in_out="INPUT", socket_type="NodeSocketVector")
     below.hide_value = True
     below.description = "Normal of what the flakes lie on, from a Bump or Normal Map node; by default, the surface's"
-    sockets.new_socket(_NORMAL, in_out="OUTPUT", socket_type="NodeSocketVector")
+    sockets.new_socket(_NORMAL_SOCKET, in_out="OUTPUT", socket_type="NodeSocketVector")
     source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     place, surface = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeNewGeometry")
 
@@ -79,10 +79,10 @@ def _fill(tree: bpy.types.NodeTree) -> None:
     chance = math(vector, "MULTIPLY_ADD", cells.outputs["Color"], (2, 2, 2), (-1, -1, -1))
     slope = math(number, "TANGENT", source.outputs["Spread"])
     tilt = math(vector, "MULTIPLY", chance, slope)
-    is_bare = math(number, "LESS_THAN", math(vector, "LENGTH", source.outputs[_NORMAL], result="Value"), 0.5)
+    is_bare = math(number, "LESS_THAN", math(vector, "LENGTH", source.outputs[_NORMAL_SOCKET], result="Value"), 0.5)
     bare = math(vector, "MULTIPLY", surface.outputs["Normal"], is_bare)
-    normal = math(vector, "ADD", math(vector, "ADD", source.outputs[_NORMAL], bare), tilt)
-    tree.links.new(math(vector, "NORMALIZE", normal), output.inputs[_NORMAL])
+    normal = math(vector, "ADD", math(vector, "ADD", source.outputs[_NORMAL_SOCKET], bare), tilt)
+    tree.links.new(math(vector, "NORMALIZE", normal), output.inputs[_NORMAL_SOCKET])
     for step, node in enumerate(tree.nodes):
         node.location = 200 * step, 0
 

@@ -27,13 +27,13 @@ from ..work import modal, process, queries, tasks
 from ..work.modal import InBackground, Steps
 from . import settings as adjustments
 
-_NONE = "NONE"
-VARIATIONS = ((_NONE, "None", "What the sliders have"),
-              ("SATIN", "Satin", "The highlight twice as wide"),
-              ("AGED", "Aged", "Yellower and darker, with a wider and weaker highlight"),
-              ("LACQUERED", "Lacquered", "A smooth clear coat above"),
-              ("WET", "Wet", "A coat of water; what is porous gets darker"),
-              ("DUSTY", "Dusty", "Two fifths of the surface under dust. Metals get dull, not grey"))
+_NO_VARIATION = "NONE"
+VARIATION_ITEMS = ((_NO_VARIATION, "None", "What the sliders have"),
+                   ("SATIN", "Satin", "The highlight twice as wide"),
+                   ("AGED", "Aged", "Yellower and darker, with a wider and weaker highlight"),
+                   ("LACQUERED", "Lacquered", "A smooth clear coat above"),
+                   ("WET", "Wet", "A coat of water; what is porous gets darker"),
+                   ("DUSTY", "Dusty", "Two fifths of the surface under dust. Metals get dull, not grey"))
 _PAUSE = 0.4                # s without a change, after which adjustments are applied
 _AGAIN = 0.1                # s, after which is asked again whether they can be
 _changed: dict[int, float] = {}         # session_uid of materials with adjustments to apply, and when they were changed
@@ -48,12 +48,12 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     reset: BoolProperty(name="Reset", options={"SKIP_SAVE"}, description="Take all adjustments back first")
-    variation: EnumProperty(name="Variation", items=VARIATIONS, default=_NONE, options={"SKIP_SAVE"},
+    variation: EnumProperty(name="Variation", items=VARIATION_ITEMS, default=_NO_VARIATION, options={"SKIP_SAVE"},
                             description="Adjust as this variation of what was measured has it")
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: Any) -> str:
-        told = next((told for name, _, told in VARIATIONS[1:] if name == properties.variation), None)
+        told = next((told for name, _, told in VARIATION_ITEMS[1:] if name == properties.variation), None)
         return not_none(cls.__doc__) if told is None else f"{told}. All sliders below follow"
 
     @classmethod
@@ -63,7 +63,7 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """A click moves the sliders, which is what is undone; they are applied as if the user had moved them."""
-        if bpy.app.background or not (self.reset or self.variation != _NONE):
+        if bpy.app.background or not (self.reset or self.variation != _NO_VARIATION):
             return super().invoke(context, event)
         target = not_none(active_material(context))
         try:
@@ -83,19 +83,19 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
 
     def _chosen(self, target: bpy.types.Material) -> dict[str, Any]:
         """The sliders that a variation has, or those of what was measured."""
-        if self.variation == _NONE:
+        if self.variation == _NO_VARIATION:
             return {}
         kept = not_none(queries.embedded_fit(target))
-        return adjustments.values_of(variation(self.variation.lower(), tasks.kept_fit(kept)))
+        return adjustments.adjustment_values(variation(self.variation.lower(), tasks.kept_fit(kept)))
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         target = not_none(active_material(context))
         self._target = target.session_uid
         _changed.pop(self._target, None)
-        self._values = self._chosen(target) if self.reset or self.variation != _NONE else None
+        self._values = self._chosen(target) if self.reset or self.variation != _NO_VARIATION else None
         self._edit = (adjustments.edit_arguments(target) if self._values is None else
-                      adjustments.arguments_of(SimpleNamespace(**self._values)) if self._values else {})
-        return process.Calculation(partial(tasks.adjusted, not_none(queries.embedded_fit(target)), self._edit))
+                      adjustments.requested_edit(SimpleNamespace(**self._values)) if self._values else {})
+        return process.Calculation(partial(tasks.edit_surface, not_none(queries.embedded_fit(target)), self._edit))
 
     def prepare(self, surface: Surface) -> Steps:
         yield 0.95, "Compiling"

@@ -8,7 +8,7 @@ from ..core.shading import material as materials
 from ..core.storage import edits
 from ..panel.layout import MaterialPanel, choices, is_narrow, name_beside_value
 from . import flakes
-from .operators import VARIATIONS, MEASUREDBRDF_OT_adjust
+from .operators import VARIATION_ITEMS, MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, get
 
 _TEXTURED = "Tint", "Strength", "Normal"        # inputs of the node
@@ -19,8 +19,8 @@ def draw(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     settings = get(material)
     name_beside_value(layout)
     layout.enabled = material.is_editable
-    buttons = choices(layout, [label for _, label, _ in VARIATIONS[1:]])
-    for name, label, _ in VARIATIONS[1:]:
+    buttons = choices(layout, [label for _, label, _ in VARIATION_ITEMS[1:]])
+    for name, label, _ in VARIATION_ITEMS[1:]:
         buttons.operator(MEASUREDBRDF_OT_adjust.bl_idname, text=label).variation = name
     for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
                   ("coat",)):

@@ -8,20 +8,20 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, FloatVectorProperty, PointerProperty
 
-from ...fitter.model.edit import COAT_WIDTHS, WIDTHS
+from ...fitter.model.edit import COAT_WIDTHS, WIDTH_BOUNDS
 from ..core.annotations import Arguments
 from ..core.storage import edits
 
 ADJUSTMENTS = ("diffuse_gain", "diffuse_tint", "highlight_gain", "highlight_tint", "highlight_width", "coat",
                "coat_roughness")
 _LEAST_ROUGHNESS = COAT_WIDTHS[0] ** 0.5
-_DIGITS = 6                 # of arguments: single precision has no more
+_ARGUMENT_DIGITS = 6        # of arguments: single precision has no more
 
 listeners: list[Callable[[bpy.types.Material], object]] = []
 """Called with a material when one of its adjustments has been changed."""
 
 
-def _changed(settings: Any, _context: bpy.types.Context) -> None:
+def _notify_listeners(settings: Any, _context: bpy.types.Context) -> None:
     for listener in listeners:
         listener(settings.id_data)
 
@@ -30,26 +30,26 @@ class MeasuredAdjustments(bpy.types.PropertyGroup):
     """Stored with the material."""
 
     diffuse_gain: FloatProperty(
-        name="Diffuse", default=1, min=0, max=100, soft_max=2, update=_changed,
+        name="Diffuse", default=1, min=0, max=100, soft_max=2, update=_notify_listeners,
         description="Multiplies the diffuse part of the reflectance, which is seen from everywhere")
     diffuse_tint: FloatVectorProperty(
-        name="Diffuse Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_changed,
+        name="Diffuse Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_notify_listeners,
         description="Colour by which the diffuse part is multiplied")
     highlight_gain: FloatProperty(
-        name="Highlight", default=1, min=0, max=100, soft_max=2, update=_changed,
+        name="Highlight", default=1, min=0, max=100, soft_max=2, update=_notify_listeners,
         description="Multiplies the highlight, which is all that is brighter than the diffuse part")
     highlight_tint: FloatVectorProperty(
-        name="Highlight Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_changed,
+        name="Highlight Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_notify_listeners,
         description="Colour by which the highlight is multiplied")
     highlight_width: FloatProperty(
-        name="Highlight Width", default=1, min=WIDTHS[0], max=WIDTHS[1], update=_changed,
+        name="Highlight Width", default=1, min=WIDTH_BOUNDS[0], max=WIDTH_BOUNDS[1], update=_notify_listeners,
         description="Above 1 roughens: the highlight becomes wider and less bright. Below 1 sharpens. It reflects as "
                     "much light as before")
     coat: FloatProperty(
-        name="Coat", default=0, min=0, max=1, subtype="FACTOR", update=_changed,
+        name="Coat", default=0, min=0, max=1, subtype="FACTOR", update=_notify_listeners,
         description="A layer of clear varnish above the measured surface")
     coat_roughness: FloatProperty(
-        name="Coat Roughness", default=0.1, min=_LEAST_ROUGHNESS, max=1, subtype="FACTOR", update=_changed,
+        name="Coat Roughness", default=0.1, min=_LEAST_ROUGHNESS, max=1, subtype="FACTOR", update=_notify_listeners,
         description="Roughness of the varnish, as a Principled BSDF has it")
 
 
@@ -60,18 +60,19 @@ def get(material: bpy.types.Material) -> Any:
 
 def edit_arguments(material: bpy.types.Material) -> Arguments:
     """The keyword arguments of `fitter.edited` that adjustments ask for; empty if nothing is adjusted."""
-    return arguments_of(get(material))
+    return requested_edit(get(material))
 
 
-def arguments_of(settings: Any) -> Arguments:
+def requested_edit(settings: Any) -> Arguments:
     """The keyword arguments of `fitter.edited` that `MeasuredAdjustments`, or what has their values, ask for."""
     wanted = {
-        "diffuse": tuple(round(settings.diffuse_gain * value, _DIGITS) for value in settings.diffuse_tint),
-        "highlight": tuple(round(settings.highlight_gain * value, _DIGITS) for value in settings.highlight_tint),
-        "width": round(settings.highlight_width, _DIGITS)}
+        "diffuse": tuple(round(settings.diffuse_gain * value, _ARGUMENT_DIGITS) for value in settings.diffuse_tint),
+        "highlight": tuple(round(settings.highlight_gain * value, _ARGUMENT_DIGITS)
+                           for value in settings.highlight_tint),
+        "width": round(settings.highlight_width, _ARGUMENT_DIGITS)}
     if settings.coat != 0:              # what is not a number is refused by `fitter.edited`, as elsewhere
-        wanted |= {"coat": round(settings.coat, _DIGITS),
-                   "coat_width": max(round(settings.coat_roughness ** 2, _DIGITS), COAT_WIDTHS[0])}
+        wanted |= {"coat": round(settings.coat, _ARGUMENT_DIGITS),
+                   "coat_width": max(round(settings.coat_roughness ** 2, _ARGUMENT_DIGITS), COAT_WIDTHS[0])}
     neutral: Arguments = {"diffuse": (1, 1, 1), "highlight": (1, 1, 1), "width": 1}
     return {name: _shortest(value) for name, value in wanted.items() if value != neutral.get(name)}
 
@@ -92,7 +93,7 @@ def move(material: bpy.types.Material, values: dict[str, Any]) -> None:
             get(material).property_unset(name)
 
 
-def values_of(edit: Arguments) -> dict[str, Any]:
+def adjustment_values(edit: Arguments) -> dict[str, Any]:
     """All adjustments that keyword arguments of `fitter.edited` stand for, in single precision, as Blender has them."""
     values: dict[str, Any] = {"highlight_width": edit.get("width", 1), "coat": edit.get("coat", 0),
                               "coat_roughness": edit["coat_width"] ** 0.5 if "coat_width" in edit else 0.1}
@@ -103,11 +104,11 @@ def values_of(edit: Arguments) -> dict[str, Any]:
     return {name: np.asarray(value, np.float32).tolist() for name, value in values.items()}
 
 
-def _rounded(edit: Arguments) -> Arguments:
-    return arguments_of(SimpleNamespace(**values_of(edit)))
+def _round_edit(edit: Arguments) -> Arguments:
+    return requested_edit(SimpleNamespace(**adjustment_values(edit)))
 
 
-_SLIDERS = edits.Sliders(_rounded, lambda material, edit: move(material, values_of(edit)))
+_SLIDERS = edits.Sliders(_round_edit, lambda material, edit: move(material, adjustment_values(edit)))
 
 
 def register() -> None:

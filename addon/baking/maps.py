@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 COLOUR, ROUGHNESS, METALLIC, NORMAL = "Base Color", "Roughness", "Metallic", "Normal"
 _JUDGED = 3                 # rows and columns of texels that are compared with the fits
-_LEVEL = 0.5                # the specular level of programs that have none
+_DEFAULT_LEVEL = 0.5        # the specular level of programs that have none
 
 
 class Maps(NamedTuple):
@@ -56,7 +56,7 @@ class Maps(NamedTuple):
 def bake(material: bpy.types.Material, size: int) -> Maps:
     """The images of a measured material or of a mix. ValueError if it has no exported surface, or a part no fit."""
     node = not_none(materials.surface_node(material))
-    found = export_surface.evaluate(material, node, size, _fitted)
+    found = export_surface.evaluate(material, node, size, _fit_values)
     if not found.values:
         raise ValueError(f"{material.name} has no exported surface, or a material that it mixes has been deleted")
     lost = [line for line in found.lost if not line.startswith(export_surface.NOT_EVERYWHERE)]
@@ -71,7 +71,7 @@ def bake(material: bpy.types.Material, size: int) -> Maps:
     return Maps(pictures, lost, np.array([_error(material, node, found, pictures, place) for place in places]))
 
 
-def _fitted(material: bpy.types.Material) -> dict[str, Any]:
+def _fit_values(material: bpy.types.Material) -> dict[str, Any]:
     """The values of a material's fit that images have."""
     close = fit_metallic_roughness(_reflectance(material))
     return {COLOUR: np.clip(close.base_color, 0, 1), ROUGHNESS: close.roughness, METALLIC: close.metallic}
@@ -80,7 +80,7 @@ def _fitted(material: bpy.types.Material) -> dict[str, Any]:
 def _error(material: bpy.types.Material, node: bpy.types.Node, found: export_surface.Evaluated,
            pictures: dict[str, FloatArray], place: tuple[int, int]) -> float:
     inputs = Principled(pictures[COLOUR][place], float(pictures[ROUGHNESS][place][0]),
-                        float(pictures[METALLIC][place][0]), _LEVEL)
+                        float(pictures[METALLIC][place][0]), _DEFAULT_LEVEL)
     return difference(_fit_at_texel(material, node, found, place), inputs, _there(found.tint, place))
 
 

@@ -7,7 +7,7 @@ from typing import Any, cast
 import bpy
 import numpy as np
 
-from ...fitter.imaging.drawing import Color
+from ...fitter.arrays import FloatArray
 from ...fitter.imaging.pictures import split
 from ...fitter.imaging.plane_plot import PAIR
 from ...fitter.quality import verdict
@@ -17,12 +17,12 @@ from ..core.shading import material as materials
 from ..core.storage.outcomes import EmbeddedFit, FitRequest, KeptMix, Shown
 from ..core.storage.properties import fit_arguments, is_as_fitted
 from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, has_data, is_narrow, picture_scale
-from ..work import icons, queries, queue
+from ..work import icons, queries, queue, tasks
 from ..work.job import Job
-from . import work as comparisons
 from .operators import MEASUREDBRDF_OT_pin
 
-_HEADINGS = "", "A", "B"
+_NUMBERS = "Match", "Between Measured Angles", "Coefficients", "Bytes", "RMSE", "Albedo %", "Highlight Error"
+_INSPECT = "measured_brdf.inspect"      # of another slice: the same plane over the viewport
 _TWO_ABREAST = 36           # characters that two pictures, or two columns of numbers, need beside one another
 
 
@@ -46,13 +46,13 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
             draw_names(layout, material, other)
         _draw_pictures(layout, context, material, other)
         if other is not None:
-            _draw_numbers(layout, [_numbers(each, scene) for each in (material, other)])
+            _draw_numbers(layout, _numbers(material, scene), _numbers(other, scene))
 
 
 def _draw_choice(layout: bpy.types.UILayout, scene: bpy.types.Scene,
                  material: bpy.types.Material) -> bpy.types.Material | None:
     """Draw what the material is compared with, and return it."""
-    chosen, other = comparison.get(scene), comparison.pinned(scene, material)
+    chosen, other = comparison.get(scene), comparison.find_pinned(scene, material)
     parts = layout.split(factor=0.35)       # Blender cuts names of pointers
     parts.label(text=chosen.bl_rna.properties["pinned"].name)
     row = parts.row(align=True)
@@ -68,37 +68,37 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     """Draw the sphere and the plane of incidence, and of an anisotropic fit the plane as it turns."""
     settings, chosen = material.measured_brdf, comparison.get(not_none(context.scene))
     data = queries.data(material).result if settings.filepath else None
-    kept = queries.shown_fits(material) if materials.is_measured(material) or not settings.filepath else None
+    is_own = materials.is_measured(material) or not settings.filepath
+    shown: Shown | None = queries.shown_fits(material) if is_own else None
+    domain, anisotropic = queries.reaches(material), materials.tangent_input(material) is not None
     # the fit in the shader, which needs no measurements, unless the settings have been changed since
-    is_kept = kept is not None and (data is None or is_as_fitted(settings, data.digest))
-    if data is None and not is_kept:
+    if data is not None and (shown is None or not is_as_fitted(settings, data.digest)):
+        shown, domain = FitRequest(data, fit_arguments(settings)), ()
+        anisotropic = data.description.rotations is not None
+    if shown is None:
         return
-    about = is_kept, material.session_uid       # neither's picture stands for the other's
-    shown: Shown = cast(Shown, kept) if is_kept or data is None else FitRequest(data, fit_arguments(settings))
-    anisotropic = (shown.data.description.rotations is not None if isinstance(shown, FitRequest) else
-                   materials.tangent_input(material) is not None)
-    fits = ((shown, () if isinstance(shown, FitRequest) else queries.reaches(material)),
-            *(() if other is None else ((_embedded_fit(other), queries.reaches(other)),)))
+    about = isinstance(shown, FitRequest), material.session_uid     # neither's picture stands for the other's
+    fits = [(shown, domain)]
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True, align=True)
-    scale = picture_scale(context, columns)
 
-    def draw(title: str, icon: int, job: Job[Any]) -> tuple[bpy.types.UILayout, Job[Any]]:
+    def draw(title: str, icon: int, job: Job[Any]) -> bpy.types.UILayout:
         column = grid.column()
         column.label(text=title)
-        draw_picture(column, icon, job, scale)
-        return column, job
+        draw_picture(column, icon, job, picture_scale(context, columns))
+        return column
 
     if other is not None:
-        at = round(chosen.divide, 2)
-        column, _ = draw("Lit sphere", *_split_sphere(shown, fits[1][0], at))
-        draw_line(column, chosen)
-    elif isinstance(shown, FitRequest):
-        draw("Lit sphere", *queries.lit_sphere(about, shown))
+        fits.append((cast(Shown, queries.shown_fits(other)), queries.reaches(other)))
+        draw_line(draw("Lit sphere", *_split_sphere(shown, fits[1][0], round(chosen.divide, 2))), chosen)
     else:
-        draw("Lit sphere", *queries.material_sphere(material))
-    theta, azimuth = settings.shown_theta, settings.shown_phi if anisotropic else 0.0
-    column, job = draw("Plane of incidence", *queries.polar_plot(about, fits, data, theta, azimuth))
+        draw("Lit sphere", *(queries.lit_sphere(about, shown) if isinstance(shown, FitRequest) else
+                             queries.material_sphere(material)))
+    theta = settings.shown_theta
+    icon, job = queries.polar_plot(about, tuple(fits), data, theta, settings.shown_phi if anisotropic else 0.0)
+    column = draw("Plane of incidence", icon, job)
+    if hasattr(bpy.types, "MEASURED_BRDF_OT_inspect"):
+        column.operator(_INSPECT, text="In the 3D View", icon="LIGHT_HEMI").place = "MOUSE"
     column.prop(settings, "shown_theta", slider=True)
     if anisotropic:
         column.prop(settings, "shown_phi", slider=True)
@@ -107,7 +107,7 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     if isinstance(shown, KeptMix) and shown.share is None:
         column.label(text="Mask: half of each")
     if anisotropic:
-        column, _ = draw("Plane, turned", *queries.turned_plane(about, shown, theta))
+        column = draw("Plane, turned", *queries.turned_plane(about, shown, theta))
         column.label(text="Turned: 0\u00b0\u2013360\u00b0")
         column.label(text="Strokes: tangent")
 
@@ -129,11 +129,8 @@ def draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other: 
     """Draw which material is A and which is B, with their colours."""
     column = layout.column(align=True)
     for letter, each, color in zip("AB", (material, other), PAIR, strict=True):
-        column.label(text=f"{letter}: {each.name}", icon_value=_swatch(color))
-
-
-def _swatch(color: Color) -> int:
-    return icons.at_once(("swatch", color), lambda: np.full((16, 16, 4), color, dtype=np.float32))
+        swatch = icons.at_once(("swatch", color), partial(np.full, (16, 16, 4), color, np.float32))
+        column.label(text=f"{letter}: {each.name}", icon_value=swatch)
 
 
 def draw_line(layout: bpy.types.UILayout, chosen: Any) -> None:
@@ -143,49 +140,34 @@ def draw_line(layout: bpy.types.UILayout, chosen: Any) -> None:
     row.prop(chosen, "divide", text="", slider=True)
 
 
-def _draw_numbers(layout: bpy.types.UILayout, columns: list[dict[str, str]]) -> None:
-    rows = [(name, mine, columns[1][name]) for name, mine in columns[0].items()]
-    column = layout.column(align=True)
-    if is_narrow(_TWO_ABREAST):
-        for name, *values in rows:
-            column.label(text=name)
-            draw_row(column, *(f"{heading}: {value}" for heading, value in zip(_HEADINGS[1:], values, strict=True)))
-        return
-    for name, *values in (_HEADINGS, *rows):
-        parts = column.split(factor=0.48)
-        parts.label(text=name)
-        draw_row(parts, *values)
+def _draw_numbers(layout: bpy.types.UILayout, *columns: tuple[str, ...]) -> None:
+    """Draw the numbers of both materials beside one another; below their names, where there is little room."""
+    column, narrow = layout.column(align=True), is_narrow(_TWO_ABREAST)
+    if not narrow:
+        columns = ("A", *columns[0]), ("B", *columns[1])
+    for name, *values in zip(_NUMBERS if narrow else ("", *_NUMBERS), *columns, strict=True):
+        row = column if narrow else column.split(factor=0.48)
+        row.label(text=name)
+        draw_row(row, *(f"{letter}: {value}" if narrow else value for letter, value in zip("AB", values, strict=True)))
 
 
-def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:
-    """The numbers of a material as text, by name, as far as they are known."""
-    settings, shown = material.measured_brdf, _embedded_fit(material)
-    figures: Job[comparisons.Figures] = queue.ask(("figures", shown.digest), partial(comparisons.figures, shown))
+def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> tuple[str, ...]:
+    """The numbers of a material as text, as far as they are known: those of `_NUMBERS`."""
+    settings, kept = material.measured_brdf, cast(EmbeddedFit | KeptMix, queries.shown_fits(material))
     parts = [part.measured_brdf for part in materials.measured_parts(material)]
-    error = f"{rendered.in_scene(material, scene).error:.1%}"
-    wait = "..." if figures.finished is None else "-"
-    fitted, known = settings.coefficients > 0, figures.result
-    return {"Match": _worst([part.match for part in parts], verdict.MATCH_LIMITS),
-            "Between Measured Angles": _worst([part.between for part in parts], verdict.BETWEEN_LIMITS),
-            "Coefficients": f"{known.coefficients:,}" if known is not None else wait,
-            "Bytes": f"{known.nbytes:,}" if known is not None else wait,
-            "RMSE": f"{settings.rmse:.3g}" if fitted and math.isfinite(settings.rmse) else "-",
-            "Albedo %": _percent(known.albedo) if known is not None else wait,
-            "Highlight Error": error}
-
-
-def _embedded_fit(material: bpy.types.Material) -> EmbeddedFit | KeptMix:
-    return cast(EmbeddedFit | KeptMix, queries.shown_fits(material))
+    albedo: Job[FloatArray] = queue.ask(("albedo", kept.digest), partial(tasks.normal_albedo, kept))
+    percent = [f"{100 * each:.0f}" for each in (() if albedo.result is None else albedo.result)]
+    return (_worst([part.match for part in parts], verdict.MATCH_LIMITS),
+            _worst([part.between for part in parts], verdict.BETWEEN_LIMITS),
+            f"{sum(part.coefficients for part in parts):,}", f"{sum(part.bytes for part in parts):,}",
+            f"{settings.rmse:.3g}" if settings.coefficients and math.isfinite(settings.rmse) else "-",
+            " ".join(percent[:1] if len(set(percent)) == 1 else percent) or ("-" if albedo.finished else "..."),
+            f"{rendered.in_scene(material, scene).error:.1%}")
 
 
 def _worst(errors: list[float], limits: tuple[float, ...]) -> str:
     """The grade of the worst of a mix's parts, or of the one material, where all are known."""
     return verdict.grade(max(errors), limits) if min(errors, default=-1) >= 0 else "-"
-
-
-def _percent(albedo: Any) -> str:
-    shown = [f"{100 * each:.0f}" for each in albedo]
-    return shown[0] if len(set(shown)) == 1 else " ".join(shown)
 
 
 classes = (MEASUREDBRDF_PT_pictures,)

@@ -2,16 +2,14 @@
 
 import bpy
 
-from ...fitter.arrays import SingleArray
 from ...fitter.imaging.pictures import split
 from ..core.annotations import not_none
 from ..core.shading import comparison
 from ..core.shading import material as materials
 from ..panel.layout import MaterialPanel, picture_scale
 from ..work import icons
-from . import looks
 from .curves import draw_line, draw_names
-from .operators import MEASUREDBRDF_OT_render_look
+from .operators import MEASUREDBRDF_OT_render_look, render_key, renders
 
 
 class MEASUREDBRDF_PT_look(MaterialPanel, bpy.types.Panel):
@@ -31,23 +29,20 @@ class MEASUREDBRDF_PT_look(MaterialPanel, bpy.types.Panel):
         chosen = comparison.get(scene)
         layout.row().prop(chosen, "shape", expand=True)
         layout.row().prop(chosen, "lighting", expand=True)
-        other = comparison.pinned(scene, material)
+        other = comparison.find_pinned(scene, material)
         wanted = [material] if other is None else [material, other]
-        renders = [render for each in wanted if (render := looks.cached_render(looks.key(scene, each))) is not None]
+        made = [renders[key] for each in wanted if (key := render_key(scene, each)) in renders]
         layout.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",
                         icon="RENDER_STILL")
-        if len(renders) < len(wanted):
+        if len(made) < len(wanted):
             return
-        key = ("look", *(render.number for render in renders), round(chosen.divide, 2))
-        icon = icons.at_once(key, lambda: _side_by_side([render.picture for render in renders], chosen.divide))
+        (first, *_), (last, *_) = made[0], made[-1]
+        icon = icons.at_once(("look", *(number for _, number in made), round(chosen.divide, 2)),
+                             lambda: split(first, last, chosen.divide) if other is not None else first)
         layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         if other is not None:
             draw_line(layout, chosen)
             draw_names(layout, material, other)
-
-
-def _side_by_side(pictures: list[SingleArray], at: float) -> SingleArray:
-    return split(pictures[0], pictures[1], at) if len(pictures) > 1 else pictures[0]
 
 
 classes = (MEASUREDBRDF_PT_look,)

@@ -1,6 +1,6 @@
 """Presets side by side, as spheres with their numbers."""
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import bpy
 
@@ -21,13 +21,8 @@ _LABELS = {key: label for key, label, _ in PRESET_ITEMS}
 _ABREAST = 3 * (max(map(len, _LABELS.values())) + 2)      # characters that three spheres with their names need
 
 
-class _PresetRow(NamedTuple):
-    """What is shown of a preset: picture, its job, numbers as text, and whether the material has this fit."""
-
-    icon: int
-    job: Job[Any]
-    numbers: tuple[str, ...]
-    is_chosen: bool
+_PresetRow = tuple[int, Job[Any], tuple[str, ...], bool]
+"""What is shown of a preset: picture, its job, numbers as text, and whether the material has this fit."""
 
 
 class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
@@ -62,34 +57,31 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
 def _describe_preset(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _PresetRow:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
-        return _PresetRow(0, kept, costs.UNKNOWN, False)
+        return 0, kept, costs.UNKNOWN_ROW, False
     arguments: Arguments = {**PRESETS[name]}
     settings = material.measured_brdf
     is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
     if is_chosen and kept is not None and isinstance(kept.result, Fit) and kept.result.edit is None:
-        icon, job = queries.material_sphere(material)
         numbers = costs.texts(settings.coefficients, settings.bytes, settings.rmse)
-        return _PresetRow(icon, job, (*numbers, costs.held_out(queries.held_out(data, arguments))), True)
-    fitting, held = queries.cost(data, arguments)
+        return *queries.material_sphere(material), (*numbers, costs.held_out(queries.held_out(data, arguments))), True
     wanted = FitRequest(data, arguments)
-    icon, job = queries.lit_sphere(wanted.digest, wanted)
-    return _PresetRow(icon, job, costs.numbers(fitting, held), is_chosen)
+    return *queries.lit_sphere(wanted.digest, wanted), costs.numbers(*queries.cost(data, arguments)), is_chosen
 
 
-def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _PresetRow, scale: float, can_choose: bool) -> None:
-    column = layout.column(align=True)
-    column.enabled = name != ORIGINAL or shown.numbers != costs.UNKNOWN     # its error is known before it can be chosen
-    icon: Literal["CHECKMARK", "NONE"] = "CHECKMARK" if shown.is_chosen else "NONE"
-    if can_choose and shown.icon:
-        picture_button(column, _FIT, shown.icon, scale).preset = name
+def _draw_preset(layout: bpy.types.UILayout, name: str, row: _PresetRow, scale: float, can_choose: bool) -> None:
+    (picture, job, numbers, is_chosen), column = row, layout.column(align=True)
+    column.enabled = name != ORIGINAL or numbers != costs.UNKNOWN_ROW       # its error is known before it can be chosen
+    icon: Literal["CHECKMARK", "NONE"] = "CHECKMARK" if is_chosen else "NONE"
+    if can_choose and picture:
+        picture_button(column, _FIT, picture, scale).preset = name
     else:
-        draw_picture(column, shown.icon, shown.job, scale)
+        draw_picture(column, picture, job, scale)
     if can_choose:
-        column.operator(_FIT, text=_LABELS[name], depress=shown.is_chosen, icon=icon).preset = name
+        column.operator(_FIT, text=_LABELS[name], depress=is_chosen, icon=icon).preset = name
     else:
         column.label(text=_LABELS[name], icon=icon)
-    for form, text in zip(_FORMS, shown.numbers, strict=True):
-        column.label(text="" if text in (*costs.UNKNOWN, *costs.FAILED) else form.format(text))
+    for form, text in zip(_FORMS, numbers, strict=True):
+        column.label(text="" if text in (*costs.UNKNOWN_ROW, *costs.FAILED_ROW) else form.format(text))
 
 
 classes = (MEASUREDBRDF_PT_compare,)

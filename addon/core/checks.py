@@ -41,16 +41,16 @@ def check(scene: bpy.types.Scene, material: bpy.types.Material | None = None) ->
     material : bpy.types.Material, optional
         A measured one whose own settings are looked at, and no others'; by default, those of all in the file are.
     """
-    looked_at, used = ([*bpy.data.materials], rendered.used()) if material is None else ([material], [material])
-    of_cycles = [] if rendered.in_eevee(scene) else [*_light_paths(scene), *_lamps(scene)]
-    of_slices = (finding for check in slice_checks for finding in check(looked_at))
-    return [*_outputs(scene, used), *_osl(scene, used), *of_cycles, *of_slices, *_materials(looked_at),
+    every, used = ([*bpy.data.materials], rendered.used_materials()) if material is None else ([material], [material])
+    of_cycles = [] if rendered.is_eevee_used(scene) else [*_light_paths(scene), *_lamps(scene)]
+    of_slices = (finding for check in slice_checks for finding in check(every))
+    return [*_outputs(scene, used), *_osl(scene, used), *of_cycles, *of_slices, *_materials(every),
             *_tangents(scene)]
 
 
 def _outputs(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     """Materials whose output for the engine has another surface."""
-    engine = "EEVEE" if rendered.in_eevee(scene) else "Cycles"
+    engine = "EEVEE" if rendered.is_eevee_used(scene) else "Cycles"
     for item in used:
         if rendered.in_scene(item, scene).how == rendered.OTHER:
             yield Finding(f"output:{item.name}", f"{item.name} does not show the measurements: the output for {engine} "
@@ -59,15 +59,15 @@ def _outputs(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iter
 
 def _osl(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     """Materials that are to be rendered with OSL, and are not."""
-    why = rendered.without_osl(scene)
+    why = rendered.osl_obstacle(scene)
     if not why:
         yield from _optix(scene, used)
         return
-    chosen = [item for item in used if materials.rendering_of(item) == EXACT]
+    chosen = [item for item in used if materials.get_rendering(item) == EXACT]
     if not chosen:
         return
-    message = f"Exact was chosen for {_called(chosen)}; because {why}, nodes are shown instead"
-    if osl_support.reason_unavailable() or rendered.in_eevee(scene):
+    message = f"Exact was chosen for {_shared_name(chosen)}; because {why}, nodes are shown instead"
+    if osl_support.reason_unavailable() or rendered.is_eevee_used(scene):
         yield Finding("osl", message, "Choose Automatic for them",
                       lambda: [materials.use_rendering(item, AUTOMATIC) for item in chosen if item.is_editable])
     elif device.effective_device(scene) not in device.WITH_OSL:
@@ -76,17 +76,17 @@ def _osl(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator
         yield Finding("osl", message, "Render with Cycles and OSL", lambda: osl_support.enable(scene))
 
 
-def _called(named: Sequence[bpy.types.Material]) -> str:
+def _shared_name(named: Sequence[bpy.types.Material]) -> str:
     return named[0].name if len(named) == 1 else f"{len(named)} measured materials"
 
 
 def _optix(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     """Cycles has 1024 bytes for the closures of a material there, and does not check where they end."""
-    by_osl = [item for item in used if materials.rendering_of(item) != NODES]
+    by_osl = [item for item in used if materials.get_rendering(item) != NODES]
     if device.effective_device(scene) != device.OPTIX or not by_osl:
         return
-    yield Finding("optix", f"Cycles renders {_called(by_osl)} with OSL on OptiX, which has not been tested, and has no "
-                  "room for another shader that is mixed in", "Choose Nodes for them",
+    yield Finding("optix", f"Cycles renders {_shared_name(by_osl)} with OSL on OptiX, which has not been tested, and "
+                  "has no room for another shader that is mixed in", "Choose Nodes for them",
                   lambda: [materials.use_rendering(item, NODES) for item in by_osl if item.is_editable])
 
 
@@ -116,9 +116,9 @@ def _light_paths(scene: bpy.types.Scene) -> Iterator[Finding]:
 
 def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
     shining = {item.session_uid: item for layer in scene.view_layers for item in light_objects.shining(layer)}
-    lamps = [item for item in shining.values() if not item.hide_render and light_objects.light_of(item).energy > 0]
+    lamps = [item for item in shining.values() if not item.hide_render and light_objects.get_light(item).energy > 0]
     for item in sorted(lamps, key=lambda item: item.name):
-        light = light_objects.light_of(item)
+        light = light_objects.get_light(item)
         if not item.visible_glossy:
             yield Finding(f"glossy:{item.name}", f"{item.name} is hidden from glossy rays: most of its light is "
                           "missing", "Make it visible to glossy rays; mirrors will show it",
@@ -140,7 +140,8 @@ def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
 
 def _materials(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     for material in looked_at:
-        if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > MOST_MIXED:
+        count = materials.count_rendered(material.node_tree) if material.users > material.use_fake_user else 0
+        if count > MOST_MIXED:
             yield Finding(f"mixed:{material.name}", f"{material.name} mixes {count} measured materials: Cycles has "
                           f"room for {MOST_MIXED}, and where there are several lamps, light of the "
                           "others is lost. Mix them by Mix Measured BRDFs, which renders some of them at a time")
@@ -148,7 +149,7 @@ def _materials(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
                 and material.is_editable and material.measured_brdf.version != versions.CURRENT
                 and materials.is_outdated(material)]
     if outdated:
-        yield Finding("version", f"An older version made {_called(outdated)}: rendered as before, without the "
+        yield Finding("version", f"An older version made {_shared_name(outdated)}: rendered as before, without the "
                       "improvements of this one", "Update them and keep their fits",
                       lambda: bpy.ops.measured_brdf.update_materials())
     for material in looked_at:

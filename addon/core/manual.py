@@ -17,7 +17,7 @@ MARKDOWN = _ROOT / "docs" / "manual.md"
 REDIRECTS = "f1"            # pages that lead to an anchor: what opens a file in a browser drops `#...`
 WEBSITE: str = tomllib.loads((_ROOT / "blender_manifest.toml").read_text("utf-8")).get("website", "").rstrip("/")
 
-DATA = "manual#where-to-get-data"
+DATA_PAGE = "manual#where-to-get-data"
 _OPERATORS = "bpy.ops.measured_brdf."
 
 Topics = tuple[tuple[str, str], ...]
@@ -38,6 +38,7 @@ _TOPICS: Topics = (
     *over_operators("manual#fit", "cancel"),
     *over_operators("manual/engines#choose", "enable_osl", "use_method"),
     *over_operators("manual#render", "check_scene", "fix_setting"),
+    *over_operators("manual/engines#export", "check_export"),
     *over_operators("start#the-first-material", "add_studio"),
     *over_operators("manual#keep-and-reuse", "make_local"),
     *over_operators("manual#files-of-an-older-version", "update_materials"),
@@ -61,7 +62,7 @@ def all_topics() -> Topics:
 
 def topics() -> list[str]:
     """The headings that F1 and buttons lead to, as ``page#anchor``, each once."""
-    return sorted({DATA, *(topic for _, topic in all_topics() if "#" in topic)})
+    return sorted({DATA_PAGE, *(topic for _, topic in all_topics() if "#" in topic)})
 
 
 def file_name(topic: str) -> str:

@@ -23,19 +23,19 @@ class Registration:
                 bpy.utils.register_class(cls)
             getattr(module, "register", _nothing)()
         for place, item in self._additions:
-            _list_of(place).append(item)
+            _find_list(place).append(item)
 
     def unregister(self) -> None:
         """Take all back."""
         for place, item in reversed(self._additions):
-            _list_of(place).remove(item)
+            _find_list(place).remove(item)
         for module in reversed(self._modules):
             getattr(module, "unregister", _nothing)()
             for cls in reversed(getattr(module, "classes", ())):
                 bpy.utils.unregister_class(cls)
 
 
-def _list_of(place: Any) -> Any:
+def _find_list(place: Any) -> Any:
     return getattr(bpy.types, place) if isinstance(place, str) else place
 
 

@@ -5,10 +5,10 @@ import bpy
 from ..core import checks, manual
 from ..core.registration import Registration
 from ..panel import main, menu, nodes
-from . import colours, details, fit, forget, import_data, measurements, name_columns, relink, samples
+from . import colours, details, fit, import_data, measurements, name_columns, relink, samples
 
 _OF_FILES = ((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."),
-             (forget.MEASUREDBRDF_OT_forget_paths, "Forget Paths of Measurements"))
+             (relink.MEASUREDBRDF_OT_forget_paths, "Forget Paths of Measurements"))
 _ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import Measured BRDF..."),
                         (import_data.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
@@ -30,7 +30,7 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 
 
 _slice = Registration(
-    import_data, name_columns, samples, fit, relink, forget, measurements, details,
+    import_data, name_columns, samples, fit, relink, measurements, details,
     additions=(
         (manual.slice_topics, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
         ("TOPBAR_MT_file_external_data", _IN_DATA_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),

@@ -15,7 +15,7 @@ from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_
 from ..work import queries
 from . import fit
 
-_ERRORS = ("Nodes", node_group.NODES_ERROR), ("EEVEE", node_group.EEVEE_ERROR)
+_ERROR_ROWS = ("Nodes", node_group.NODES_ERROR), ("EEVEE", node_group.EEVEE_ERROR)
 
 
 class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
@@ -75,7 +75,7 @@ def _draw_original(layout: bpy.types.UILayout, material: bpy.types.Material) -> 
                     depress=is_chosen).preset = ORIGINAL
     if data is None or is_chosen:
         return
-    job = queries.fitted(data, {**PRESETS[ORIGINAL]})
+    job = queries.fitting_job(data, {**PRESETS[ORIGINAL]})
     if job.result is not None:
         rmse = job.result.errors.rmse
         times = f", {rmse / settings.rmse:.1f} times that of this fit" if settings.rmse > 0 else ""
@@ -104,11 +104,11 @@ def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     if is_judged:
         known += [("RMSE", f"{settings.rmse:.3g} / sr"),
                   ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
-                  ("Error at Unseen Angles", _at_unseen_angles(material))]
+                  ("Error at Unseen Angles", _unseen_error(material))]
     known += [("Coefficients", f"{settings.coefficients:,}"), ("Storage", f"{settings.bytes:,} bytes")]
     if size := node_group.bytes_in_file(tree):
         known.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
-    known.append(("Highlight Error", ", ".join(f"{name} {tree[error]:.1%}" for name, error in _ERRORS)))
+    known.append(("Highlight Error", ", ".join(f"{name} {tree[error]:.1%}" for name, error in _ERROR_ROWS)))
     if is_judged:
         known.append(("Fitted in", f"{settings.seconds:.2f} s"))
     if materials.tangent_input(material) is not None:
@@ -116,7 +116,7 @@ def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     return known
 
 
-def _at_unseen_angles(material: bpy.types.Material) -> str:
+def _unseen_error(material: bpy.types.Material) -> str:
     """The RMSE at samples that the fit of a material has not seen, or why it is not known."""
     settings = material.measured_brdf
     arguments = fitted_arguments(settings)

@@ -19,6 +19,7 @@ from ..core.storage.outcomes import Outcome
 from ..core.storage.properties import CHOICES, PRESET_ITEMS, fit_arguments, quality_summary, use_preset
 from ..core.storage.reading import load_arguments
 from ..work import process, tasks
+from ..work.making import report_questions
 from ..work.modal import InBackground, Steps, errors_reported
 
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
@@ -98,6 +99,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
         how = rendered.advice(target, not_none(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
+        report_questions(self, [outcome])
         judged = quality_summary(target.measured_brdf)
         told = judged.whole
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:

@@ -10,7 +10,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, StringProperty
 
 from ...fitter import ColumnsUnknownError, DatasetError, ImplausibleError, SampleUnknownError, UnitsUnknownError
-from ...fitter.formats import EXTENSIONS, choices_of, list_samples
+from ...fitter.formats import EXTENSIONS, list_samples, open_choices
 from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
 from ..core.storage.properties import CHOICES, FitChoices, fit_arguments
@@ -21,7 +21,7 @@ from ..work.discovery import GLOB, sources_in
 from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_as_script, begin_with_preference, draw_choices
 from ..work.modal import AsksForPath, Steps, errors_reported
 
-DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
+IMPORT_DIALOG, _DIALOG_CHARACTER = 480, 7  # pixels: the width of a dialog, and of a character on average
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
@@ -50,7 +50,8 @@ or else to all selected ones"""
             return {"RUNNING_MODAL"}
         self.remember_target(context, event)
         if self.complaint:
-            return context.window_manager.invoke_props_dialog(self, width=DIALOG, title="What Are These Numbers?",
+            return context.window_manager.invoke_props_dialog(self, width=IMPORT_DIALOG,
+                                                              title="What Are These Numbers?",
                                                               confirm_text="Import")
         paths = self._paths()
         try:
@@ -72,7 +73,7 @@ or else to all selected ones"""
         if context.area is None or context.area.type != "FILE_BROWSER":
             layout.prop(self, "filepath")
         path = next((item.name for item in self.files if item.name), self.filepath)
-        draw_choices(layout, self, path, with_sample="sample" in choices_of(path))
+        draw_choices(layout, self, path, with_sample="sample" in open_choices(path))
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.options.is_repeat_last:     # and another object may be active now
@@ -169,7 +170,7 @@ def _draw_question(layout: bpy.types.UILayout, operator: Any) -> None:
 
 def draw_complaint(layout: bpy.types.UILayout, text: str) -> None:
     """Draw why a dialog asks."""
-    for number, line in enumerate(textwrap.wrap(text, DIALOG // _CHARACTER)):
+    for number, line in enumerate(textwrap.wrap(text, IMPORT_DIALOG // _DIALOG_CHARACTER)):
         layout.label(text=line, icon="QUESTION" if number == 0 else "BLANK1")
 
 

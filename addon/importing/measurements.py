@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ...fitter import ColumnsUnknownError, SampleUnknownError
-from ...fitter.formats import choices_of
+from ...fitter.formats import open_choices
 from ...fitter.model import published
 from ..core.annotations import not_none
 from ..core.blender.active_material import can_change
@@ -72,7 +72,7 @@ def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
     if published.parse_virtual_path(settings.filepath) is not None:
         return
     layout.prop(settings, "filepath")
-    if "sample" in choices_of(settings.filepath):
+    if "sample" in open_choices(settings.filepath):
         row = layout.row(align=True)
         row.prop(settings, "sample")
         row.operator_context = "INVOKE_DEFAULT"

@@ -14,7 +14,7 @@ from ..core.storage.properties import FitChoices
 from ..panel.layout import name_beside_value
 from ..work.making import HasTarget, begin_with_preference
 from ..work.modal import errors_reported
-from .import_data import DIALOG, choices_and_target, draw_complaint
+from .import_data import IMPORT_DIALOG, choices_and_target, draw_complaint
 
 _SKIP, _NAMED = "SKIP", "NAMED"
 _MEANINGS = (
@@ -30,7 +30,7 @@ _MEANINGS = (
     (_NAMED, "As Named", "What its name says"))
 _OF_ROLES = {"theta_s": "theta_o", "phi_s": "phi_o"}
 _SHOWN = 24                 # columns in the dialog; the others are read as they are named
-_CELL = 24                  # characters of a cell
+_CELL_LETTERS = 24       # characters of a cell
 
 
 class MeasuredColumn(bpy.types.PropertyGroup):
@@ -62,7 +62,7 @@ class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        return context.window_manager.invoke_props_dialog(self, width=DIALOG, confirm_text="Read")
+        return context.window_manager.invoke_props_dialog(self, width=IMPORT_DIALOG, confirm_text="Read")
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
@@ -103,7 +103,7 @@ def fill(operator: Any, path: str) -> None:
     operator.table.clear()
     for number in range(len(rows[0])):
         item = operator.table.add()
-        cells = [textwrap.shorten(row[number], _CELL, placeholder="...") for row in rows if number < len(row)]
+        cells = [textwrap.shorten(row[number], _CELL_LETTERS, placeholder="...") for row in rows if number < len(row)]
         item.label, item.numbers = heads[number] if heads else f"Column {number + 1}", ", ".join(cells)
         item.meaning = _meaning(heads[number]) if heads else _SKIP
 

@@ -34,33 +34,30 @@ def surface(vertices: FloatArray, faces: IntArray, colors: FloatArray) -> None:
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     full = np.ones((len(vertices), 4), dtype=np.float32)
     full[:, :3] = colors
-    _draw(shader, "TRIS", {"pos": _in_space(vertices), "color": full}, faces)
+    _draw(shader, "TRIS", {"pos": _to_3d(vertices), "color": full}, faces)
 
 
 def fan(points: ArrayLike, color: Color) -> None:
     """Fill a convex outline: (n, 2)."""
-    outline = _in_space(points)
-    number = np.arange(1, len(outline) - 1, dtype=np.int32)
-    fill(outline, np.stack([np.zeros_like(number), number, number + 1], axis=-1), color)
+    _fill(np.asarray(points)[None], color)
 
 
 def discs(centers: FloatArray, radius: float, color: Color) -> None:
     """Fill discs: (n, 2) pixels."""
-    if len(centers) == 0:
+    azimuth = np.linspace(0, 2 * np.pi, 12 if radius < _LARGE else 24, endpoint=False)
+    _fill(centers[:, None] + radius * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1), color)
+
+
+def _fill(outlines: FloatArray, color: Color) -> None:
+    """Fill convex outlines of as many corners each: (n, corners, 2)."""
+    count, corners = outlines.shape[:2]
+    if not count:
         return
-    corners = 12 if radius < _LARGE else 24
-    turn = np.arange(corners) * 2 * np.pi / corners
-    outline = centers[:, None] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    one = np.stack([np.zeros(corners - 2), np.arange(1, corners - 1), np.arange(2, corners)], axis=-1)
-    faces = one[None] + corners * np.arange(len(centers))[:, None, None]
-    fill(_in_space(outline.reshape(-1, 2)), faces.reshape(-1, 3).astype(np.int32), color)
-
-
-def fill(vertices: ArrayLike, faces: IntArray, color: Color) -> None:
-    """Draw triangles of one colour: (n, 3) and (m, 3)."""
+    fan_of_one = np.stack([np.zeros(corners - 2), np.arange(1, corners - 1), np.arange(2, corners)], axis=-1)
+    faces = fan_of_one + corners * np.arange(count)[:, None, None]
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     shader.uniform_float("color", color)
-    _draw(shader, "TRIS", {"pos": _in_space(vertices)}, faces)
+    _draw(shader, "TRIS", {"pos": _to_3d(outlines.reshape(-1, 2))}, faces.reshape(-1, 3).astype(np.int32))
 
 
 def text(string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0,
@@ -70,9 +67,10 @@ def text(string: str, at: Sequence[float], size: float, color: Color, align: flo
     """
     blf.size(_FONT, size)
     width = float(blf.dimensions(_FONT, string)[0])
-    if width > room:
-        blf.size(_FONT, size * room / width)
-        width = room
+    while width > room and size > 1:        # again, since hinted letters are not as wide as their size says
+        size *= min(room / width, 0.98)
+        blf.size(_FONT, size)
+        width = float(blf.dimensions(_FONT, string)[0])
     blf.color(_FONT, *color)
     blf.position(_FONT, round(at[0] - align * width), round(at[1]), 0)
     blf.draw(_FONT, string)
@@ -80,7 +78,7 @@ def text(string: str, at: Sequence[float], size: float, color: Color, align: flo
 
 
 def _lines(kind: str, points: ArrayLike, color: Color, width: float) -> None:
-    vertices = _in_space(points)
+    vertices = _to_3d(points)
     if len(vertices) < 2:
         return
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
@@ -95,7 +93,7 @@ def _draw(shader: gpu.types.GPUShader, kind: Any, content: dict[str, Any], faces
     batch_for_shader(shader, kind, content, indices=faces).draw(shader)
 
 
-def _in_space(points: ArrayLike) -> SingleArray:
+def _to_3d(points: ArrayLike) -> SingleArray:
     """Points with three coordinates, in single precision, as shaders take them."""
     given = np.asarray(points, dtype=np.float32)
     full = np.zeros((len(given), 3), dtype=np.float32)

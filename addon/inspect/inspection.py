@@ -8,15 +8,14 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...fitter.arrays import BoolArray, FloatArray, unit_vectors
-from ...fitter.imaging.drawing import Color
-from ...fitter.imaging.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
-from ...fitter.imaging.plane_plot import Curve, Plane, Plotted, curves
+from ...fitter.imaging.lobe import RADII, Lobe, Radius, lobe_surface
+from ...fitter.imaging.plane_plot import Plane, Plotted
 from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance, is_isotropic
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
-from .view import View, dragged, limited
+from .view import View, drag_direction, limit_polar_angle
 
 HANDLE = 1.3                # distance of the light's handle, over the longest radius of the lobe
 _REACH = 1.12               # over that of the handle: where a click in the view takes it
@@ -43,7 +42,7 @@ class InspectedSurface(NamedTuple):
 
 
 class Measurements(NamedTuple):
-    """Samples near the plane of incidence, as `plane_plot.near_plane` returns them, and what they come from."""
+    """Samples near the plane of incidence, as `plane_plot.samples_near_plane` returns them, and what they come from."""
 
     theta_o: FloatArray
     values: FloatArray
@@ -64,8 +63,8 @@ class Inspection:
         Where the plot is.
     shown, second : Shown, or None
         The material's fit, once it is known; and that of the pinned one, of which the plot has a curve.
-    lobe : Lobe, or None
-        Of the fit.
+    lobe, plane : Lobe, or None; Plane
+        Of the fit; what the plot shows.
     drag : {"", "LOBE", "PLOT"}
         What the mouse drags the light on.
     mouse : (2,) float64, or None
@@ -75,14 +74,14 @@ class Inspection:
     def __init__(self, spot: Spot, size: float, theta_i: float, phi_i: float,
                  side: Literal["LEFT", "RIGHT"] = "RIGHT") -> None:
         self.spot, self.size, self.side = spot, size, side
-        self.theta_i, self.phi_i = limited(theta_i), phi_i
+        self.theta_i, self.phi_i = limit_polar_angle(theta_i), phi_i
         self.radius: Radius = "cube root"
         self.with_plot = True
         self.shown: InspectedSurface | None = None
         self.second: InspectedSurface | None = None
         self.lobe: Lobe | None = None
-        self._evaluated: list[tuple[FloatArray, FloatArray]] = []
         self.samples: Measurements | None = None
+        self.plane = Plane((), self.theta_i)
         self.drag: Literal["", "LOBE", "PLOT"] = ""
         self.mouse: FloatArray | None = None
 
@@ -93,6 +92,13 @@ class Inspection:
         self.shown, self.second = shown, second
         self._evaluate()
         return True
+
+    def show_samples(self, samples: Measurements | None) -> None:
+        """Show samples in the plot, or none."""
+        surfaces = () if self.shown is None else (self.shown, self.second)
+        fits = [Plotted(each.fit, each.space, each.reaches) for each in surfaces if each is not None]
+        self.samples = samples
+        self.plane = Plane(fits, self.theta_i, self.phi_i, samples and samples[:2], self.radius)
 
     def press(self, view: View, frame: FloatArray, plot: Plot, at: FloatArray) -> bool:
         """The mouse is pressed: whether that was meant for the inspection."""
@@ -111,9 +117,9 @@ class Inspection:
         """The mouse is somewhere else."""
         self.mouse = at
         if self.drag == "LOBE":
-            self.theta_i, self.phi_i = dragged(view, at, frame, HANDLE * self.size)
+            self.theta_i, self.phi_i = drag_direction(view, at, frame, HANDLE * self.size)
         elif self.drag == "PLOT":
-            self.theta_i = limited(-plot.angle(at))
+            self.theta_i = limit_polar_angle(-plot.angle(at))
         if self.drag:
             self._evaluate(_COARSE)
 
@@ -130,7 +136,7 @@ class Inspection:
             self.with_plot = not self.with_plot
         elif kind in _KEYS:
             theta, phi = _KEYS[kind]
-            self.theta_i, self.phi_i = limited(self.theta_i + theta), self.phi_i + phi
+            self.theta_i, self.phi_i = limit_polar_angle(self.theta_i + theta), self.phi_i + phi
         else:
             return False
         self._evaluate()
@@ -142,14 +148,9 @@ class Inspection:
         return 0.0 if self.lobe is None else max(float(np.linalg.norm(self.lobe.vertices, axis=1).max()), 1e-9)
 
     @property
-    def plane(self) -> Plane:
-        """What the plot shows."""
-        return Plane(self.theta_i, self._curves(self._evaluated), self.radius)
-
-    @property
     def curve(self) -> tuple[FloatArray, FloatArray] | None:
         """The material's fit in the plane of incidence: (k,) radians and (k, channels) 1/sr."""
-        return self._evaluated[0] if self._evaluated else None
+        return self.plane.plane_curves[0] if self.plane.fits else None
 
     def light(self) -> FloatArray:
         """The direction to the light in the frame of the surface, (3,)."""
@@ -162,27 +163,12 @@ class Inspection:
         # negative angles are on the light's side
         return radii[:, None] * unit_vectors(-theta, self.phi_i)
 
-    def read(self, theta: float) -> list[tuple[Color, float]]:
-        """The values at an angle in the plane of incidence, 1/sr, in the colours that they are plotted in."""
-        at = np.array([theta])
-        evaluated = [(at, at_angle(each.fit, self.theta_i, self.phi_i, at)) for each in self._fits]
-        return [(color, float(value)) for curve in self._curves(evaluated)
-                for color, value in zip(curve.colors, curve.values[0], strict=True)]
-
-    @property
-    def _fits(self) -> list[Plotted]:
-        surfaces = () if self.shown is None else (self.shown, self.second)
-        return [Plotted(each.fit, each.space, each.reaches) for each in surfaces if each is not None]
-
-    def _curves(self, evaluated: list[tuple[FloatArray, FloatArray]]) -> list[Curve]:
-        return curves(self._fits, evaluated, self.theta_i, None if self.samples is None else self.samples[:2])
-
-    def guessed(self, theta: FloatArray) -> BoolArray:
+    def is_extrapolated(self, theta: FloatArray) -> BoolArray:
         """Whether nobody measured what leaves at polar angles (n,), radians; they may be negative."""
         reaches = () if self.shown is None else self.shown.reaches
         return extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta), reaches)
 
     def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
-        self._evaluated = [plane_curve(each.fit, self.theta_i, self.phi_i) for each in self._fits]
+        self.show_samples(self.samples)
         self.lobe = None if self.shown is None else lobe_surface(self.shown.fit, self.theta_i, self.phi_i, *detail,
                                                                  self.radius)

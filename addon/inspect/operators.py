@@ -12,7 +12,7 @@ from ..core.shading import material as materials
 from . import session, surface
 from .inspection import Inspection
 from .plot import Plot
-from .session import Session, view_of
+from .session import Session, make_view
 from .view import View
 
 _SIZE = 0.19                # longest radius of the lobe, over the smaller side of the region
@@ -77,20 +77,20 @@ class Inspecting(OperatorMixIn):
     def _first_spot(self, context: bpy.types.Context, region: bpy.types.Region,
                     event: bpy.types.Event) -> surface.Spot | None:
         item, depsgraph = not_none(context.object), context.evaluated_depsgraph_get()
-        view = view_of(region, region.data)
+        view = make_view(region, region.data)
         if self.place == "CURSOR":
             point = np.array(not_none(context.scene).cursor.location)
-            return surface.nearest(item, depsgraph, point, view.toward(point))
+            return surface.nearest(item, depsgraph, point, view.direction_to_viewer(point))
         origin = np.array(item.matrix_world.translation)
         middle = (np.array(item.matrix_world) @ np.append(np.mean(np.array(item.bound_box), axis=0), 1))[:3]
         for at in (_mouse(region, event), view.project(middle), view.project(origin)):
-            if np.isfinite(at).all() and (spot := surface.under_ray(item, depsgraph, *view.ray(at))) is not None:
+            if np.isfinite(at).all() and (spot := surface.find_spot(item, depsgraph, *view.ray(at))) is not None:
                 return spot
-        return surface.nearest(item, depsgraph, middle, view.toward(middle))
+        return surface.nearest(item, depsgraph, middle, view.direction_to_viewer(middle))
 
     def _begin(self, context: bpy.types.Context, area: bpy.types.Area, region: bpy.types.Region,
                spot: surface.Spot) -> None:
-        view = view_of(region, region.data)
+        view = make_view(region, region.data)
         item = not_none(context.object)
         place = spot.frame(np.array(item.matrix_world))[:3, 3]
         at = view.project(place)
@@ -120,8 +120,8 @@ class Inspecting(OperatorMixIn):
                 inspection.mouse = None
                 self._session.redraw()
             return {"PASS_THROUGH"}
-        region = region or _region_of(area)
-        view, at, plot = view_of(region, region.data), _mouse(region, event), self._session.plot(area, region)
+        region = region or _main_region(area)
+        view, at, plot = make_view(region, region.data), _mouse(region, event), self._session.plot(area, region)
         taken = self._use(context, event, view, frame, at, plot, pressed)
         if taken or event.type == "MOUSEMOVE":
             self._session.redraw()
@@ -140,7 +140,7 @@ class Inspecting(OperatorMixIn):
         if event.type == "LEFTMOUSE" and pressed and event.ctrl:
             spot = None
             with suppress(RuntimeError):        # Blender has no evaluated mesh
-                spot = surface.under_ray(not_none(self._session.item()), context.evaluated_depsgraph_get(),
+                spot = surface.find_spot(not_none(self._session.item()), context.evaluated_depsgraph_get(),
                                          *view.ray(at))
             if spot is not None:
                 inspection.spot = spot
@@ -183,7 +183,7 @@ def _region(area: bpy.types.Area, event: bpy.types.Event) -> bpy.types.Region | 
     return under[0] if under and all(region.type == "WINDOW" for region in under) else None
 
 
-def _region_of(area: bpy.types.Area) -> bpy.types.Region:
+def _main_region(area: bpy.types.Area) -> bpy.types.Region:
     return max((region for region in area.regions if region.type == "WINDOW"), key=lambda region: region.width)
 
 

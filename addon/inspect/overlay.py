@@ -56,7 +56,7 @@ def _draw_surface(inspection: Inspection, axes: FloatArray) -> None:
     if lobe is None or shown is None:
         return
     theta = np.arccos(np.clip(lobe.directions[:, 2], 0, 1))
-    shades = shading(lobe.normals, axes) * np.where(inspection.guessed(theta), _GUESSED, 1)
+    shades = shading(lobe.normals, axes) * np.where(inspection.is_extrapolated(theta), _GUESSED, 1)
     colors = lobe_colors(np.maximum(lobe.values, 0), shown.space) * shades[:, None]
     drawing.surface(lobe.vertices / inspection.longest, lobe.faces, srgb(colors))
 
@@ -74,26 +74,26 @@ def _draw_handle(inspection: Inspection, axes: FloatArray) -> None:
 
 
 def _draw_lines(inspection: Inspection, scale: float, opacity: float) -> None:
-    def faded(color: Color) -> Color:
+    def fade(color: Color) -> Color:
         return (*color[:3], color[3] * opacity)
 
     light, phi = inspection.light(), inspection.phi_i
     turn = np.linspace(0, 2 * np.pi, 97)
-    drawing.line(HANDLE * unit_vectors(np.full(97, np.pi / 2), turn), faded(FAINT), 1.2 * scale)
+    drawing.line(HANDLE * unit_vectors(np.full(97, np.pi / 2), turn), fade(FAINT), 1.2 * scale)
     arc = np.linspace(-np.pi / 2, np.pi / 2, 61)
-    drawing.line(HANDLE * unit_vectors(arc, phi), faded(FAINT), 1.2 * scale)
+    drawing.line(HANDLE * unit_vectors(arc, phi), fade(FAINT), 1.2 * scale)
     ticks = np.radians(np.arange(-75, 76, 15))
     ends = np.stack([0.97 * HANDLE * unit_vectors(ticks, phi), 1.03 * HANDLE * unit_vectors(ticks, phi)], axis=1)
-    drawing.strokes(ends.reshape(-1, 3), faded(FAINT), 1.2 * scale)
-    drawing.line([(0, 0, 0), (0, 0, HANDLE)], faded(INK), 1.6 * scale)
-    drawing.line(_arrow(np.array([0, 0, 1.0]), HANDLE, outward=True), faded(INK), 1.6 * scale)
-    drawing.line([0 * light, HANDLE * light], faded(LIGHT), 2.4 * scale)
-    drawing.line(_arrow(light, 0.62 * HANDLE, outward=False), faded(LIGHT), 2.4 * scale)
+    drawing.strokes(ends.reshape(-1, 3), fade(FAINT), 1.2 * scale)
+    drawing.line([(0, 0, 0), (0, 0, HANDLE)], fade(INK), 1.6 * scale)
+    drawing.line(_arrow(np.array([0, 0, 1.0]), HANDLE, outward=True), fade(INK), 1.6 * scale)
+    drawing.line([0 * light, HANDLE * light], fade(LIGHT), 2.4 * scale)
+    drawing.line(_arrow(light, 0.62 * HANDLE, outward=False), fade(LIGHT), 2.4 * scale)
     if inspection.shown is not None and not inspection.shown.isotropic:
-        drawing.line([(-HANDLE, 0, 0), (HANDLE, 0, 0)], faded(_TANGENT), 2.4 * scale)
-        drawing.line(_arrow(np.array([1.0, 0, 0]), HANDLE, outward=True), faded(_TANGENT), 2.4 * scale)
+        drawing.line([(-HANDLE, 0, 0), (HANDLE, 0, 0)], fade(_TANGENT), 2.4 * scale)
+        drawing.line(_arrow(np.array([1.0, 0, 0]), HANDLE, outward=True), fade(_TANGENT), 2.4 * scale)
     if inspection.curve is not None:
-        drawing.line(1.004 * inspection.ridge(), faded((0.05, 0.05, 0.05, 0.8)), 1.6 * scale)
+        drawing.line(1.004 * inspection.ridge(), fade((0.05, 0.05, 0.05, 0.8)), 1.6 * scale)
 
 
 def _arrow(axis: FloatArray, at: float, outward: bool) -> FloatArray:
@@ -137,10 +137,10 @@ def draw_labels(inspection: Inspection, frame: FloatArray, view: View, scale: fl
         at = view.project(frame[:3, 3] + frame[:3, :3] @ (inspection.size * place))
         if np.isfinite(at).all():
             below = 20 if color == _TANGENT else 4      # the light is often beside the tangent
-            shadowed(string, (at[0] + 12 * scale, at[1] - below * scale), TEXT * scale, color)
+            draw_shadowed(string, (at[0] + 12 * scale, at[1] - below * scale), TEXT * scale, color)
 
 
-def shadowed(string: str, at: tuple[float, float], size: float, color: Color) -> None:
+def draw_shadowed(string: str, at: tuple[float, float], size: float, color: Color) -> None:
     """Text that can be read over anything."""
     for x, y in ((1, -1), (-1, -1), (1, 1), (-1, 1)):
         drawing.text(string, (at[0] + x, at[1] + y), size, (0.0, 0.0, 0.0, 0.6))
@@ -181,7 +181,7 @@ def _draw_titles(inspection: Inspection, plot: Plot, plane: Plane) -> None:
         parts.append(f"dots: {inspection.samples.source} at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
     if shown.note:
         parts.append(shown.note)
-    if any(curve.is_guess.any() for curve in plane.curves):
+    if any(curve.is_extrapolated.any() for curve in plane.curves):
         parts.append("dashed: a guess")
     x, y = plot.line(1)
     drawing.text("   ".join(parts), (x, y), SMALL * scale, DIM, room=2 * (plot.center[0] - x))
@@ -194,7 +194,7 @@ def _draw_values(inspection: Inspection, plot: Plot, plane: Plane) -> None:
     if mouse is not None and plot.is_read(mouse) and not inspection.drag:
         theta, label = plot.angle(mouse), ""
         drawing.line(plot.disc.points([theta, theta], [0.0, 1.0]), INK, 1.0 * scale)
-    values = inspection.read(theta)
+    values = plane.read(theta)
     x, y = plot.line(-1)
     label += f"{abs(math.degrees(theta)):.1f}\u00b0" + (" light's side" if theta < 0 else "")
     drawing.text(label, (x, y), TEXT * scale, INK)

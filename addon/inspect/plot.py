@@ -41,8 +41,7 @@ class Plot:
     @property
     def corners(self) -> FloatArray:
         """Of the box, (4, 2)."""
-        right, top = self.x + self.width, self.y + self.height
-        return np.array([(self.x, self.y), (right, self.y), (right, top), (self.x, top)])
+        return np.array([self.x, self.y]) + np.array([self.width, self.height]) * [(0, 0), (1, 0), (1, 1), (0, 1)]
 
     def line(self, number: int) -> tuple[float, float]:
         """Where a line of text begins: 0 is the topmost, -1 the lowest."""
@@ -53,8 +52,7 @@ class Plot:
 
     def holds(self, at: ArrayLike) -> bool:
         """Whether the box is under a pixel."""
-        x, y = np.asarray(at)
-        return bool(self.x <= x <= self.x + self.width and self.y <= y <= self.y + self.height)
+        return bool(((self.corners[0] <= at) & (at <= self.corners[2])).all())
 
     def angle(self, at: ArrayLike) -> float:
         """The outgoing angle under a pixel, radians: negative on the light's side, at most a right angle."""
@@ -72,7 +70,7 @@ class Plot:
         return Disc(self.center, self.radius, self.scale)
 
 
-def placed(free: Rectangle, side: str, scale: float) -> Plot:
+def place_plot(free: Rectangle, side: str, scale: float) -> Plot:
     """A plot in the lower "LEFT" or "RIGHT" corner of the free part of a region, at a scale of the interface."""
     x, y, width, height = free
     around = (2 * _PAD + LINE * (1 + _TITLES) + _ABOVE + _BELOW) * scale
@@ -89,19 +87,12 @@ def free_part(region: Rectangle, others: Sequence[Rectangle]) -> Rectangle:
     Of the parts beside each of them, the largest: a header or a sidebar lies along an edge, and Adjust Last Operation
     in a corner.
     """
-    x, y, width, height = region
-    free = 0.0, 0.0, width, height
-    for other_x, other_y, other_width, other_height in others:
-        free = _largest_beside(free, (other_x - x, other_y - y, other_width, other_height))
-    return free
-
-
-def _largest_beside(free: Rectangle, other: Rectangle) -> Rectangle:
-    x, y, width, height = free
-    right, top = x + width, y + height
-    other_right, other_top = other[0] + other[2], other[1] + other[3]
-    if min(other_right, right) <= max(other[0], x) or min(other_top, top) <= max(other[1], y):
-        return free
-    parts = ((x, y, other[0] - x, height), (other_right, y, right - other_right, height),
-             (x, y, width, other[1] - y), (x, other_top, width, top - other_top))
-    return max(parts, key=lambda part: max(part[2], 0) * max(part[3], 0))
+    left, low, right, top = 0.0, 0.0, region[2], region[3]
+    for other in others:
+        x, y = other[0] - region[0], other[1] - region[1]
+        if min(x + other[2], right) <= max(x, left) or min(y + other[3], top) <= max(y, low):
+            continue
+        beside = ((left, low, x, top), (x + other[2], low, right, top), (left, low, right, y),
+                  (left, y + other[3], right, top))
+        left, low, right, top = max(beside, key=lambda part: max(part[2] - part[0], 0) * max(part[3] - part[1], 0))
+    return left, low, right - left, top - low

@@ -23,7 +23,7 @@ from ..work import queries
 from ..work.job import Job
 from . import overlay
 from .inspection import InspectedSurface, Inspection, Measurements
-from .plot import Plot, Rectangle, free_part, placed
+from .plot import Plot, Rectangle, free_part, place_plot
 from .view import View
 
 INTERVAL = 0.1              # s, between two looks at what workers have answered
@@ -60,7 +60,7 @@ class Session:
         try:
             for draw, when in ((self._draw_view, "POST_VIEW"), (self._draw_pixels, "POST_PIXEL")):
                 self._handlers.append(
-                    bpy.types.SpaceView3D.draw_handler_add(self._guarded(draw), (), "WINDOW", when))
+                    bpy.types.SpaceView3D.draw_handler_add(self._guard(draw), (), "WINDOW", when))
             self._timer = context.window_manager.event_timer_add(INTERVAL, window=context.window)
             if context.workspace is not None:
                 context.workspace.status_text_set(KEYS)
@@ -116,13 +116,14 @@ class Session:
         if job is not None and job.error is not None:
             self._waiting = str(job.error)
         changed = inspection.show(_displayed_fit(material, job, inspection.spot.masked), _pinned_fit(material))
-        samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
+        samples = queries.samples_near_plane(material, inspection.theta_i, inspection.phi_i)
         if samples is not None and samples.finished is not None:
             name = published.parse_virtual_path(material.measured_brdf.filepath)
             source = "measured" if name is None else "published fit"
             measured = None if samples.result is None else Measurements(*samples.result, source)
-            changed |= measured is not inspection.samples and not _same(measured, inspection.samples)
-            inspection.samples = measured
+            if measured is not inspection.samples and not _same(measured, inspection.samples):
+                changed = True
+                inspection.show_samples(measured)
         if changed:
             self.redraw()
 
@@ -130,17 +131,17 @@ class Session:
         """Where the plot is in a region."""
         others = [_rectangle(each) for each in area.regions
                   if each.type != "WINDOW" and min(each.width, each.height) > 1]
-        return placed(free_part(_rectangle(region), others), self.inspection.side,
-                      bpy.context.preferences.system.ui_scale)
+        return place_plot(free_part(_rectangle(region), others), self.inspection.side,
+                          bpy.context.preferences.system.ui_scale)
 
     def frame(self) -> FloatArray | None:
         """The frame of the surface in the world; None without the object."""
         item = self.item()
         return None if item is None else self.inspection.spot.frame(np.array(item.matrix_world))
 
-    def _guarded(self, draw: Callable[[bpy.types.Area, bpy.types.Region, FloatArray], None]) -> Callable[[], None]:
+    def _guard(self, draw: Callable[[bpy.types.Area, bpy.types.Region, FloatArray], None]) -> Callable[[], None]:
         """What Blender calls: nothing raises in it."""
-        def guarded() -> None:
+        def run_guarded() -> None:
             area, region = bpy.context.area, bpy.context.region
             if self.failed or area is None or region is None or area.as_pointer() != self.area_key:
                 return
@@ -151,7 +152,7 @@ class Session:
             except Exception as error:
                 traceback.print_exception(error)
                 self.failed = f"{type(error).__name__}: {error}"
-        return guarded
+        return run_guarded
 
     def _draw_view(self, _area: bpy.types.Area, _region: bpy.types.Region, frame: FloatArray) -> None:
         data = not_none(bpy.context.region_data)
@@ -159,13 +160,13 @@ class Session:
                           bpy.context.preferences.system.ui_scale)
 
     def _draw_pixels(self, area: bpy.types.Area, region: bpy.types.Region, frame: FloatArray) -> None:
-        overlay.draw_labels(self.inspection, frame, view_of(region, bpy.context.region_data),
+        overlay.draw_labels(self.inspection, frame, make_view(region, bpy.context.region_data),
                             bpy.context.preferences.system.ui_scale)
         if self.inspection.with_plot:
             overlay.draw_plot(self.inspection, self.plot(area, region), self._waiting)
 
 
-def view_of(region: bpy.types.Region, data: Any) -> View:
+def make_view(region: bpy.types.Region, data: Any) -> View:
     """What a region of a 3D view shows, by its `RegionView3D`."""
     return View(np.array(data.perspective_matrix, dtype=float), region.width, region.height)
 
@@ -188,13 +189,13 @@ def _displayed_fit(material: bpy.types.Material, job: Job[Reflectance] | None,
 
 
 def _pinned_fit(material: bpy.types.Material) -> InspectedSurface | None:
-    other = comparison.pinned(not_none(bpy.context.scene), material)
+    other = comparison.find_pinned(not_none(bpy.context.scene), material)
     return None if other is None else _displayed_fit(other, queries.fit_job(other), None)
 
 
 def _same(one: Measurements | None, other: Measurements | None) -> bool:
-    return (one is not None and other is not None and one.theta_i == other.theta_i
-            and np.array_equal(one.values, other.values))
+    return (one is not None and other is not None and (one.theta_i, one.source) == (other.theta_i, other.source)
+            and np.array_equal(one.theta_o, other.theta_o) and np.array_equal(one.values, other.values))
 
 
 def _rectangle(region: bpy.types.Region) -> Rectangle:

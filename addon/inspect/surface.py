@@ -69,7 +69,7 @@ class Spot:
         return frame
 
 
-def under_ray(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: FloatArray,
+def find_spot(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: FloatArray,
               direction: FloatArray) -> Spot | None:
     """The first spot of an object on a ray in the world; None if it does not meet its surface."""
     evaluated = item.evaluated_get(depsgraph)
@@ -111,7 +111,7 @@ def _spot(item: bpy.types.Object, evaluated: bpy.types.Object, location: FloatAr
     material = not_none(not_none(there).original)
     tangent, as_normal, origin = _tangent(material, evaluated, corners, weights)
     return Spot(item.session_uid, material.session_uid, location, normal, tangent, as_normal, _turn(material), origin,
-                _masked(material, mesh, corners, weights))
+                _mask_value(material, mesh, corners, weights))
 
 
 def _triangle(mesh: bpy.types.Mesh, face: int, location: FloatArray) -> tuple[list[int], FloatArray]:
@@ -140,7 +140,7 @@ def _tangent(material: bpy.types.Material, evaluated: bpy.types.Object, corners:
     axis, origin = "Z", "around Z"
     if node is not None and node.type == "TANGENT":
         if node.direction_type == "UV_MAP":
-            along = _along_u(evaluated, corners, weights, node.uv_map)
+            along = _u_direction(evaluated, corners, weights, node.uv_map)
             if along is not None:
                 return along, False, "of the UV map"
             origin = "around Z, because the UV map has none here"
@@ -154,7 +154,7 @@ def _tangent(material: bpy.types.Material, evaluated: bpy.types.Object, corners:
     return np.array({"X": (0, -z, y), "Y": (-z, 0, x), "Z": (-y, x, 0)}[axis]), node is None, origin
 
 
-def _along_u(evaluated: bpy.types.Object, corners: list[int], weights: FloatArray, name: str) -> FloatArray | None:
+def _u_direction(evaluated: bpy.types.Object, corners: list[int], weights: FloatArray, name: str) -> FloatArray | None:
     """The direction in which U grows on a triangle, in the coordinates of the object."""
     mesh = evaluated.to_mesh()              # a copy: tangents are written into the mesh that they are asked of
     try:
@@ -174,7 +174,7 @@ def _along_u(evaluated: bpy.types.Object, corners: list[int], weights: FloatArra
     return along if np.linalg.norm(along) > _LEAST else None
 
 
-def _masked(material: bpy.types.Material, mesh: bpy.types.Mesh, corners: list[int],
+def _mask_value(material: bpy.types.Material, mesh: bpy.types.Mesh, corners: list[int],
             weights: FloatArray) -> float | None:
     """The share of the second material of a mix by a mask; None of other materials, and where it is not known."""
     node = None if materials.group_node(material) is not None else materials.mix_node(material)

@@ -32,7 +32,7 @@ class View:
         near, far = (ends[:3] / ends[3]).T
         return near, (far - near) / np.linalg.norm(far - near)
 
-    def toward(self, point: ArrayLike) -> FloatArray:
+    def direction_to_viewer(self, point: ArrayLike) -> FloatArray:
         """The direction from a point to the viewer, (3,), of length 1."""
         return -self.ray(np.nan_to_num(self.project(point)))[1]
 
@@ -42,13 +42,13 @@ class View:
         if not np.isfinite(at).all():
             return 0.0
         sides = [self.ray(at + step) for step in ((-0.5, 0), (0.5, 0))]
-        toward = self.toward(point)
+        toward = self.direction_to_viewer(point)
         left, right = (origin + direction * ((np.asarray(point) - origin) @ toward) / (direction @ toward)
                        for origin, direction in sides)
         return float(np.linalg.norm(right - left))
 
 
-def dragged(view: View, at: ArrayLike, frame: FloatArray, radius: float) -> tuple[float, float]:
+def drag_direction(view: View, at: ArrayLike, frame: FloatArray, radius: float) -> tuple[float, float]:
     """The direction of a hemisphere that is seen at a pixel: theta and phi, radians.
 
     The frame has tangent, bitangent, normal and the hemisphere's center, (4, 4), in the world. Beside the hemisphere it
@@ -62,9 +62,9 @@ def dragged(view: View, at: ArrayLike, frame: FloatArray, radius: float) -> tupl
     # the nearer side, unless only the farther one is above the horizon
     near, far = ((nearest + side * half * direction) @ frame[:3, :3] for side in (-1, 1))
     x, y, z = (float(part) for part in (near if near[2] > 0 or far[2] <= 0 else far))
-    return limited(math.atan2(math.hypot(x, y), z)), math.atan2(y, x)
+    return limit_polar_angle(math.atan2(math.hypot(x, y), z)), math.atan2(y, x)
 
 
-def limited(theta: float) -> float:
+def limit_polar_angle(theta: float) -> float:
     """A polar angle of incidence that can be shown, radians."""
     return float(np.clip(theta, 0, _STEEPEST))

@@ -18,6 +18,7 @@ import bpy
 from ... import fitter
 from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT_COLOURS
+from ...fitter.quality.describe import open_questions
 from ...fitter.storage.files import remove_stale_parts
 from ..core.annotations import Arguments, not_none
 from ..core.libraries import assets, library_file
@@ -25,7 +26,7 @@ from ..core.shading import material as materials
 from ..core.storage import paths
 from ..core.storage.edits import edit_arguments
 from ..core.storage.outcomes import Outcome
-from ..core.storage.properties import Choices, fit_arguments
+from ..core.storage.properties import Choices, fit_arguments, quality_summary
 from ..core.storage.reading import load_arguments
 from ..work import process, tasks
 from ..work.command import Row
@@ -136,7 +137,7 @@ def _entries_in(part: Path) -> list[_Entry]:
     entries = [_Entry(part, item.name, item.measured_brdf.asset_key, paths.absolute(item),
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
                     _is_named_after_data(item), edit_arguments(item), row(item, "up to date"))
-             for item in library_file.measured() if item.measured_brdf.asset_key]
+             for item in library_file.list_measured() if item.measured_brdf.asset_key]
     library_file.close()
     return entries
 
@@ -161,7 +162,8 @@ def _plan(sources: Sequence[Source], how: Arguments, choices: Choices, entries: 
         key = tasks.asset_key(key_of_fit, choices.rendering)
         wanted.add(key)
         if key in current:
-            rows.append(current[key].row)
+            known = current[key].row
+            rows.append(known._replace(doubts=(*known.doubts, *open_questions(samples))))
         else:
             todo.append(_Task(path, sample, key, choices.rendering))
     left = [entry for entry in entries if entry.key not in wanted]
@@ -215,8 +217,8 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         for name in unwanted:
             materials.remove(bpy.data.materials[name])
         made: list[str] = []
-        for step in _in_parallel(todo, how, fit_arguments(choices), folder, processes,
-                                 partial(_make_material, context, choices, made, rows)):
+        for step in _do_tasks(todo, how, fit_arguments(choices), folder, processes,
+                              partial(_make_material, context, choices, made, rows)):
             yield Progress((done + step) / total, f"{done + step} of {total} fitted")
         done += len(todo)
         if made or unwanted:
@@ -229,8 +231,8 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         assets.write_catalogue(path.parent)
 
 
-def _in_parallel(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folder: Path, processes: int,
-                 function: Callable[[_Task, _Job], object]) -> Iterator[int]:
+def _do_tasks(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folder: Path, processes: int,
+              function: Callable[[_Task, _Job], object]) -> Iterator[int]:
     """Do tasks in worker processes, and call `function` with each finished job: yields how many are done."""
     waiting = [*reversed(todo)]
     idle: list[process.Worker] = []
@@ -281,7 +283,7 @@ def _make_material(context: bpy.types.Context, choices: Choices, made: list[str]
         else:
             item.measured_brdf.asset_key = task.key
             made.append(item.name)
-            rows.append(row(item, "fitted"))
+            rows.append(row(item, "fitted", outcome.questions))
     if job.error is not None:
         rows.append(Row(_name(task.path, task.sample), f"failed: {job.error}"))
 
@@ -291,10 +293,12 @@ def _is_named_after_data(item: bpy.types.Material) -> bool:
     return re.fullmatch(rf"{re.escape(item.measured_brdf.name_of_data)}(\.\d{{3}})?", item.name) is not None
 
 
-def row(item: bpy.types.Material, status: str) -> Row:
-    """The row of a measured material."""
+def row(item: bpy.types.Material, status: str, questions: Sequence[str] = ()) -> Row:
+    """The row of a measured material. Its doubts are a fit that is judged bad, and questions about its measurements."""
     settings = item.measured_brdf
-    return Row(item.name, status, settings.coefficients, settings.bytes, settings.rmse)
+    judged = quality_summary(settings)
+    return Row(item.name, status, settings.coefficients, settings.bytes, settings.rmse,
+               (*([judged.line] if judged.is_bad else []), *questions))
 
 
 def _name(path: str, sample: str) -> str:

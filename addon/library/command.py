@@ -28,11 +28,11 @@ from ..core.storage.properties import (
 )
 from ..core.storage.reading import load_arguments, scene_colours, use_reading
 from ..work import tasks
-from ..work.command import Row, quiet, report_of, summary
+from ..work.command import Row, get_report, quiet, summary
 from ..work.discovery import Failure, Source, passed_over, sources_in
 from . import batch
 
-_TOLERANCE = 0.05           # where it is not used
+_DEFAULT_TOLERANCE = 0.05   # where it is not used
 
 
 def add(commands: Any) -> None:
@@ -92,7 +92,7 @@ def _choices(options: argparse.Namespace) -> Choices:
     for name, value in cli.level_arguments(options).items():
         setattr(choices, name, NO_SPECULAR_LEVEL if value is None else value)
     choices.use_tolerance = options.tolerance is not None
-    choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
+    choices.tolerance = options.tolerance if choices.use_tolerance else _DEFAULT_TOLERANCE
     choices.rendering = options.rendering
     use_reading(choices, cli.reading_arguments(options))
     return choices
@@ -106,7 +106,7 @@ def _convert(options: argparse.Namespace) -> int:
     if parts > 1:       # all failures stay known to each part: it may hold older materials of those files
         sources = _share(sources, failures, part, parts)
         out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
-    total, report = len(sources), report_of(options)
+    total, report = len(sources), get_report(options)
     with quiet():
         steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force,
                               options.prune, options.colours or scene_colours() or DEFAULT_COLOURS)
@@ -135,7 +135,7 @@ def _share(sources: Iterable[Source], failures: Iterable[Failure], part: int, pa
 def _save(options: argparse.Namespace) -> int:
     with quiet():
         names = library_file.merge(options.source, real_path(options.out), options.force)
-    if report := report_of(options):
+    if report := get_report(options):
         rows = [Row(name, "saved") for name in names]
         report.result({"path": str(options.out), "rows": rows})
     return 0
@@ -159,7 +159,7 @@ def _render(options: argparse.Namespace) -> int:
         except (ValueError, RuntimeError) as error:
             rows.append(Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
         else:
-            rows.append(batch.row(item, "rendered"))
+            rows.append(batch.row(item, "rendered", made.questions))
             materials.remove(item)
     cli.show_progress(len(sources), max(len(sources), 1), "")
     return summary(rows, out)

@@ -11,7 +11,7 @@ from ..core.annotations import OperatorResult, not_none
 from ..core.storage.properties import NO_SPECULAR_LEVEL
 from ..core.storage.reading import load_arguments
 from ..work.blender_process import Command
-from ..work.command import DONE
+from ..work.command import DONE, Row
 from ..work.making import FromFolder
 from ..work.modal import InBackground
 from .operators import ReplacesFile
@@ -50,12 +50,15 @@ The open file does not change"""
         return Command("convert", folder, "-o", path, *options, *self.force_option())
 
     def apply(self, _context: bpy.types.Context, result: dict[str, Any]) -> None:
-        rows, path = result["rows"], result["path"]
-        failed = [(name, status) for name, status, *_ in rows if status.startswith("failed")]
-        for name, status in failed:
-            self.report({"WARNING"}, f"{name} {status}")
-        self.report({"INFO"}, f"{path}: {sum(status in DONE for _, status, *_ in rows)} materials; {len(failed)} "
-                    "files failed")
+        rows, path = [Row(*row) for row in result["rows"]], result["path"]
+        failed = [row for row in rows if row.status.startswith("failed")]
+        for row in failed:
+            self.report({"WARNING"}, f"{row.name} {row.status}")
+        for row in rows:
+            if row.doubts:
+                self.report({"WARNING"}, f"{row.name}: {'. '.join(row.doubts)}")
+        self.report({"INFO"}, f"{path}: {sum(row.status in DONE for row in rows)} materials; {len(failed)} files "
+                    "failed")
 
     def _path(self, context: bpy.types.Context) -> Path:
         """The library to write."""

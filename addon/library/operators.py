@@ -19,7 +19,7 @@ from ..work import process, queries, tasks
 from ..work.blender_process import Command
 from ..work.modal import InBackground, errors_reported
 
-_ROOT = real_path(Path(__file__).parents[2])
+_REAL_ROOT = real_path(Path(__file__).parents[2])
 _THIS_FILE = "LOCAL"        # in the place of the path of a library
 _items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
 
@@ -63,7 +63,7 @@ def _libraries(_operator: object, context: bpy.types.Context | None) -> list[tup
     libraries = [(own, "Measured BRDF")] if own else []
     libraries += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries
               if each.path and extensions not in real_path(bpy.path.abspath(each.path)).parents
-              and _ROOT not in real_path(bpy.path.abspath(each.path)).parents]
+              and _REAL_ROOT not in real_path(bpy.path.abspath(each.path)).parents]
     _items[:] = [(path, name, f"Save into {path}") for path, name in dict(libraries).items()]
     _items.append((_THIS_FILE, "Current File", "Make the material an asset of the open file"))
     return _items

@@ -22,13 +22,13 @@ from ..core.blender import osl_support
 from ..core.blender.transaction import new_data_removed_on_error
 from ..core.shading import node_group
 
-FACTOR = "Factor"
+FACTOR_INPUT = "Factor"
 MOST = 8                                # measured BRDFs in a mix: Cycles takes seconds to prepare the shaders of 32
 _SCRIPT = "Measured BRDF Mix Shader"
-_PARTS = "First", "Second"              # nodes; and custom properties of the group, which hold the materials
-_COUNT = "mixed"                        # custom property of the group: how many measured BRDFs it holds
-_LOOKS = "Tint", "Strength", "Rotation", node_group.SCALE       # inputs that change the look by their values
-_ERRORS = node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR, node_group.EEVEE_WORST
+_HALVES = "First", "Second"         # nodes; and custom properties of the group, which hold the materials
+_MIXED_COUNT = "mixed"                  # custom property of the group: how many measured BRDFs it holds
+_LOOKS = "Tint", "Strength", "Rotation", node_group.SCALE_INPUT  # inputs that change the look by their values
+_ERROR_PROPERTIES = node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR, node_group.EEVEE_WORST
 
 
 def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.types.Material,
@@ -46,13 +46,13 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
                          f"most {MOST}: the time of a render grows with them")
     with new_data_removed_on_error():
         tree = bpy.data.node_groups.new(f"{first.name} + {second.name}", "ShaderNodeTree")
-        for name, material in zip(_PARTS, (first, second), strict=True):
+        for name, material in zip(_HALVES, (first, second), strict=True):
             tree[name] = material
-        tree[_COUNT] = held
+        tree[_MIXED_COUNT] = held
         _fill(tree, first_tree, second_tree, factor)
-        for name, node in zip(_PARTS, (first_node, second_node), strict=True):
-            if FACTOR in node.inputs:
-                tree.nodes[name].inputs[FACTOR].default_value = node.inputs[FACTOR].default_value
+        for name, node in zip(_HALVES, (first_node, second_node), strict=True):
+            if FACTOR_INPUT in node.inputs:
+                tree.nodes[name].inputs[FACTOR_INPUT].default_value = node.inputs[FACTOR_INPUT].default_value
                 _copy_mask(node, tree.nodes[name])
         _remember_errors(tree)
     return tree
@@ -60,12 +60,12 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
 
 def is_mix(tree: bpy.types.NodeTree | None) -> bool:
     """Whether `create` made a node group."""
-    return tree is not None and tree.get(_COUNT) is not None and all(name in tree.nodes for name in _PARTS)
+    return tree is not None and tree.get(_MIXED_COUNT) is not None and all(name in tree.nodes for name in _HALVES)
 
 
 def count(tree: bpy.types.NodeTree) -> int:
     """How many measured BRDFs a group holds."""
-    return int(tree.get(_COUNT, 1))
+    return int(tree.get(_MIXED_COUNT, 1))
 
 
 def left_behind(node: bpy.types.Node) -> list[str]:
@@ -79,32 +79,32 @@ def left_behind(node: bpy.types.Node) -> list[str]:
 
 def _mask(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
     """The link from an image to the factor of a mix, if the UV map that is rendered places it; else None."""
-    link = not_none(socket.links)[0] if socket.name == FACTOR and socket.is_linked else None
+    link = not_none(socket.links)[0] if socket.name == FACTOR_INPUT and socket.is_linked else None
     return link if link is not None and link.from_node.type == "TEX_IMAGE" and not link.from_node.inputs[0].is_linked \
         else None
 
 
 def _copy_mask(source: bpy.types.Node, node: bpy.types.Node) -> None:
     """Connect to a mix's node inside of a group what is the mask of another, outside of it."""
-    link = _mask(source.inputs[FACTOR])
+    link = _mask(source.inputs[FACTOR_INPUT])
     if link is not None:
         tree = cast(bpy.types.NodeTree, node.id_data)
         image, copied = link.from_node, tree.nodes.new("ShaderNodeTexImage")
         copied.location = node.location.x - 300, node.location.y - 300
         for name in ("image", "interpolation", "extension", "projection"):
             setattr(copied, name, getattr(image, name))
-        tree.links.new(copied.outputs[link.from_socket.name], node.inputs[FACTOR])
+        tree.links.new(copied.outputs[link.from_socket.name], node.inputs[FACTOR_INPUT])
 
 
 def parts(tree: bpy.types.NodeTree) -> tuple[bpy.types.Material | None, bpy.types.Material | None]:
     """The materials that a group mixes; None for one that has been deleted."""
-    first, second = (tree.get(name) for name in _PARTS)
+    first, second = (tree.get(name) for name in _HALVES)
     return first, second
 
 
 def nodes(node: bpy.types.Node) -> tuple[bpy.types.Node, bpy.types.Node]:
     """The nodes inside of a mix's that show its first and its second material."""
-    first, second = (not_none(node.node_tree).nodes[name] for name in _PARTS)
+    first, second = (not_none(node.node_tree).nodes[name] for name in _HALVES)
     return first, second
 
 
@@ -120,7 +120,7 @@ def layers(node: bpy.types.Node) -> list[Layer]:
     tree, (base, _) = not_none(node.node_tree), nodes(node)
     first, second = parts(tree)
     below = layers(base) if is_mix(base.node_tree) else [Layer(first, None)]
-    return [Layer(second, node.inputs[FACTOR]), *below]
+    return [Layer(second, node.inputs[FACTOR_INPUT]), *below]
 
 
 def keep(*followed: bpy.types.Material) -> None:
@@ -160,7 +160,7 @@ def following(material: bpy.types.Material, before: bpy.types.NodeTree | None,
         for tree in bpy.data.node_groups:
             if before is None or before == after or not is_mix(tree) or not tree.is_editable:
                 continue
-            for name in _PARTS:
+            for name in _HALVES:
                 if tree.get(name) == material and tree.nodes[name].node_tree == before:
                     changed.append(tree.nodes[name])
                     tree.nodes[name].node_tree = after
@@ -169,7 +169,8 @@ def following(material: bpy.types.Material, before: bpy.types.NodeTree | None,
         waiting = [cast(bpy.types.NodeTree, node.id_data) for node in changed]
         for mix in waiting:             # and mixes of mixes
             _update_inputs(mix)
-            waiting += [holder for node in _nodes_of(mix) if is_mix(holder := cast(bpy.types.NodeTree, node.id_data))]
+            holders = [cast(bpy.types.NodeTree, node.id_data) for node in _group_users(mix)]
+            waiting += filter(is_mix, holders)
     except BaseException:
         for node in changed:
             node.node_tree = before
@@ -189,14 +190,14 @@ def _update_inputs(mix: bpy.types.NodeTree) -> None:
     """Give a mix the inputs that only its new groups have."""
     sockets = not_none(mix.interface)
     own = {item.name: item for item in _sockets(mix) if item.in_out == "INPUT"}
-    offered = {item.name: item for name in reversed(_PARTS) for item in _sockets(not_none(mix.nodes[name].node_tree))
+    offered = {item.name: item for name in reversed(_HALVES) for item in _sockets(not_none(mix.nodes[name].node_tree))
                if item.in_out == "INPUT"}
-    for name in offered.keys() - own.keys() - {FACTOR}:
+    for name in offered.keys() - own.keys() - {FACTOR_INPUT}:
         _copy_socket(sockets, offered[name])
     _connect(mix)
 
 
-def _nodes_of(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+def _group_users(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
     """The nodes of this file's materials and groups that hold a group."""
     trees = [*(item.node_tree for item in bpy.data.materials), *bpy.data.node_groups]
     for each in trees:
@@ -206,14 +207,14 @@ def _nodes_of(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
 
 def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types.NodeTree, factor: float) -> None:
     sockets = not_none(tree.interface)
-    sockets.new_socket(node_group.CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+    sockets.new_socket(node_group.CYCLES_OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for Cycles")
-    sockets.new_socket(node_group.EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+    sockets.new_socket(node_group.EEVEE_OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for EEVEE")
-    mixed = sockets.new_socket(FACTOR, in_out="INPUT", socket_type="NodeSocketFloat")
+    mixed = sockets.new_socket(FACTOR_INPUT, in_out="INPUT", socket_type="NodeSocketFloat")
     mixed.subtype, mixed.default_value, mixed.min_value, mixed.max_value = "FACTOR", factor, 0, 1
     mixed.description = f"Share of {second.name}; connect a mask to it"
-    seen = {FACTOR}
+    seen = {FACTOR_INPUT}
     for part in (first, second):
         for item in _sockets(part):
             if item.in_out == "INPUT" and item.name not in seen:
@@ -228,10 +229,10 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
         node_group.compile_node(script, mix_source())
     share, rest = tree.nodes.new("ShaderNodeClamp"), _math(tree, "SUBTRACT", -600, -20)
     share.location, rest.inputs[0].default_value = (-600, -300), 1
-    tree.links.new(source.outputs[FACTOR], share.inputs["Value"])
+    tree.links.new(source.outputs[FACTOR_INPUT], share.inputs["Value"])
     tree.links.new(share.outputs[0], rest.inputs[1])
-    for number, (name, part, share_of) in enumerate(((_PARTS[0], first, rest.outputs[0]),
-                                                     (_PARTS[1], second, share.outputs[0]))):
+    for number, (name, part, share_of) in enumerate(((_HALVES[0], first, rest.outputs[0]),
+                                                     (_HALVES[1], second, share.outputs[0]))):
         y = -300 * number
         picked = tree.nodes.new("ShaderNodeMix")        # of floats: 0, the share, without the script node
         picked.location, picked.inputs[0].default_value = (-350, y), 0
@@ -246,13 +247,13 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
             tree.links.new(script.outputs[name], picked.inputs[3])
         strength.name = f"{name} Strength"
     if script.outputs:
-        tree.links.new(source.outputs[FACTOR], script.inputs["Factor"])
-        script.inputs["Mixed"].default_value = tree[_COUNT]
+        tree.links.new(source.outputs[FACTOR_INPUT], script.inputs["Factor"])
+        script.inputs["Mixed"].default_value = tree[_MIXED_COUNT]
         scene_lamps = tree.nodes.new("ShaderNodeGroup")
         scene_lamps.node_tree = lamps.node_tree()
         scene_lamps.location, scene_lamps.hide = (-900, 250), True
         tree.links.new(scene_lamps.outputs["Frugal"], script.inputs["Frugal"])
-    for number, name in enumerate((node_group.CYCLES, node_group.EEVEE)):
+    for number, name in enumerate((node_group.CYCLES_OUTPUT, node_group.EEVEE_OUTPUT)):
         both = tree.nodes.new("ShaderNodeAddShader")
         both.name, both.location = name, (500, -200 * number)
         tree.links.new(both.outputs[0], output.inputs[name])
@@ -262,14 +263,14 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
 def _connect(tree: bpy.types.NodeTree) -> None:
     """Connect the groups of both materials: links to sockets that a new group has not are gone with the former one."""
     source = next(node for node in tree.nodes if node.type == "GROUP_INPUT")
-    for number, name in enumerate(_PARTS):
+    for number, name in enumerate(_HALVES):
         node = tree.nodes[name]
         for socket in node.inputs:
             given = (tree.nodes[f"{name} Strength"].outputs[0] if socket.name == "Strength"
-                     else source.outputs.get(socket.name) if socket.name != FACTOR else None)
+                     else source.outputs.get(socket.name) if socket.name != FACTOR_INPUT else None)
             if given is not None and not socket.is_linked:
                 tree.links.new(given, socket)
-        for output in (node_group.CYCLES, node_group.EEVEE):
+        for output in (node_group.CYCLES_OUTPUT, node_group.EEVEE_OUTPUT):
             if output in node.outputs and not tree.nodes[output].inputs[number].is_linked:
                 tree.links.new(node.outputs[output], tree.nodes[output].inputs[number])
 
@@ -295,6 +296,6 @@ def _math(tree: bpy.types.NodeTree, operation: str, x: float, y: float) -> bpy.t
 
 def _remember_errors(tree: bpy.types.NodeTree) -> None:
     """What `rendered` says of a group: the larger error of both."""
-    trees = [not_none(tree.nodes[name].node_tree) for name in _PARTS]
-    for name in _ERRORS:
+    trees = [not_none(tree.nodes[name].node_tree) for name in _HALVES]
+    for name in _ERROR_PROPERTIES:
         tree[name] = max(each.get(name, 0.0) for each in trees)         # a group whose file is lost has none

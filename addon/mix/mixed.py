@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ..core import lamps
 from ..core.annotations import not_none
+from ..core.blender import followers
 from ..core.blender.transaction import new_data_removed_on_error
 from ..core.shading import export_surface, mixing
 from ..core.shading import material as materials
@@ -27,21 +27,21 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         tree = not_none(mixed.node_tree)
         tree.nodes.clear()
         node, _ = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
-        node.inputs[mix_group.FACTOR].default_value = factor
+        node.inputs[mix_group.FACTOR_INPUT].default_value = factor
         for each in tree.nodes:
             each.select = each == node
         tree.nodes.active = node
         if mask is not None:
             picture = tree.nodes.new("ShaderNodeTexImage")
             picture.image, picture.location = mask, (node.location.x - 320, node.location.y)
-            tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR])
+            tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR_INPUT])
         mixed.cycles.use_bump_map_correction = False
         weights = np.array([1 - factor, factor])
         mixed.diffuse_color = weights @ np.array([item.diffuse_color for item in (first, second)])
         mixed.roughness, mixed.metallic = (float(weights @ [getattr(item, name) for item in (first, second)])
                                            for name in ("roughness", "metallic"))
         export_surface.mix(mixed, node)
-        lamps.update(context.evaluated_depsgraph_get())
+        followers.tell(context)
     return mixed
 
 
@@ -61,19 +61,19 @@ class Mixes(mixing.Mixes):
 
     @staticmethod
     def factor(node: bpy.types.Node) -> bpy.types.NodeSocket:
-        return node.inputs[mix_group.FACTOR]
+        return node.inputs[mix_group.FACTOR_INPUT]
 
     def changed(self, material: bpy.types.Material) -> None:
         waiting, seen = [material], {material}
         for part in waiting:
-            for item in _mixes_of(part):
+            for item in _list_mixes(part):
                 if item not in seen:
                     export_surface.mix(item, not_none(materials.mix_node(item)))
                     seen.add(item)
                     waiting.append(item)
 
 
-def _mixes_of(part: bpy.types.Material) -> Iterator[bpy.types.Material]:
+def _list_mixes(part: bpy.types.Material) -> Iterator[bpy.types.Material]:
     """The materials of this file that mix a material with another that is there."""
     for item in bpy.data.materials:
         node = materials.mix_node(item) if item.is_editable else None

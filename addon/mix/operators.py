@@ -16,7 +16,7 @@ from .mixed import mix
 _DIALOG = 320               # pixels
 
 
-def _measured() -> list[str]:
+def _material_names() -> list[str]:
     """The names of measured materials; a linked one may have that of another, which hides it."""
     return [*dict.fromkeys(item.name for item in bpy.data.materials if materials.is_shown(item))]
 
@@ -37,13 +37,13 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        if len(_measured()) < 2:
+        if len(_material_names()) < 2:
             cls.poll_message_set("There are fewer than two measured materials in this file")
             return False
         return True
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        known = _measured()
+        known = _material_names()
         active = active_material(context)
         if self.first not in known:
             self.first = active.name if active is not None and active.name in known else known[0]
@@ -77,7 +77,7 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         try:
             with new_data_removed_on_error():
                 mixed = mix(first, second, self.factor, mask, context)
-                if why := targets.assign_all(targets.selected(context), mixed):
+                if why := targets.assign_all(targets.list_selected(context), mixed):
                     mixed.use_fake_user = True
                     self.report({"WARNING"}, f"{mixed.name} is not assigned: {why}")
                 # as `mix_group.keep`; no call may follow the assignment, which is not taken back

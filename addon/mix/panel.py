@@ -10,7 +10,7 @@ from ..work import queries
 from . import mix_group
 from .operators import MEASUREDBRDF_OT_mix
 
-_SCALE, _PICTURE = 3, 0.2   # of pictures, and their share of the width
+_PICTURE_SCALE, _PICTURE = 3, 0.2  # of pictures, and their share of the width
 
 
 class MEASUREDBRDF_PT_mix(MaterialPanel, bpy.types.Panel):
@@ -37,7 +37,7 @@ def _draw_layer(layout: bpy.types.UILayout, layer: mix_group.Layer) -> None:
     """Draw a picture, a name and a share, and what can be changed of the layer's material."""
     row, material = layout.split(factor=_PICTURE), layer.material
     if material is not None and queries.shown_fits(material) is not None:
-        row.template_icon(icon_value=queries.material_sphere(material)[0], scale=_SCALE)
+        row.template_icon(icon_value=queries.material_sphere(material)[0], scale=_PICTURE_SCALE)
     else:
         row.label(text="")
     column = row.column(align=True)

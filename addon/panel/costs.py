@@ -10,8 +10,8 @@ from ..work import queries
 from ..work.job import Job
 from .layout import draw_value, draw_warning
 
-_HEADINGS = "Coefficients", "KB of the Fit", "RMSE", "Error at Unseen Angles"
-UNKNOWN, FAILED = ("...",) * 4, ("-",) * 4
+_COST_HEADINGS = "Coefficients", "KB of the Fit", "RMSE", "Error at Unseen Angles"
+UNKNOWN_ROW, FAILED_ROW = ("...",) * 4, ("-",) * 4
 
 
 def draw_cost(layout: bpy.types.UILayout, settings: Any, data: Data | None) -> None:
@@ -23,16 +23,16 @@ def draw_cost(layout: bpy.types.UILayout, settings: Any, data: Data | None) -> N
     if fitting.error is not None:
         draw_warning(layout, str(fitting.error))
         return
-    for name, text in zip(_HEADINGS, numbers(fitting, held), strict=True):
+    for name, text in zip(_COST_HEADINGS, numbers(fitting, held), strict=True):
         draw_value(column, name, text)
 
 
 def numbers(fitting: Job[Fitted], held: Job[float]) -> tuple[str, ...]:
     """Coefficients, kilobytes, RMSE and held-out RMSE as text, as far as they are known."""
     if fitting.error is not None:
-        return FAILED
+        return FAILED_ROW
     if fitting.result is None:
-        return UNKNOWN
+        return UNKNOWN_ROW
     made, errors, *_ = fitting.result
     return *texts(made.coefficient_count, made.nbytes, errors.rmse), held_out(held)
 

@@ -12,11 +12,11 @@ from ..core.shading import material as materials
 from ..work.job import Job
 
 _Icon = Literal["BLANK1", "CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL", "NONE"]
-_CHARACTER, _MARGIN = 5.9, 60       # pixels at a scale of 1: of a character on average, and beside texts with an icon
+_CHARACTER_WIDTH, _MARGIN = 5.9, 60  # pixels at a scale of 1: of a character on average, and beside texts with an icon
 _TABS = 30                  # pixels at a scale of 1: of the tabs of a sidebar
-_EDGES, _BUTTON = 24, 14    # pixels at a scale of 1: beside buttons, and beside the text of one
+_EDGE_PIXELS, _BUTTON = 24, 14  # pixels at a scale of 1: beside buttons, and beside the text of one
 _SHORTEST, _LEAST = 20, 8   # characters of a line, where the width is not known, and of the narrowest
-_NARROWEST = 0.3            # of characters on average, in sizes of the font
+_NARROWEST_CHARACTER = 0.3  # of characters on average, in sizes of the font
 _NARROW = 40                # characters: less is narrow
 _GAP = 2                    # characters between the columns of a table
 _UNIT, _LARGEST = 20, 9     # pixels of an icon of the scale 1, and the largest scale
@@ -71,7 +71,9 @@ def on_buttons(text: str, columns: float, beside: int = 0, width: int = 0) -> tu
 
     In pixels at a scale of 1: `beside` is what stands beside each, and `width` that of a pop-up, else of the region.
     """
-    return _wrap(text, columns, _EDGES, _BUTTON + beside, False, width) if bpy.context.region is not None else (text,)
+    if bpy.context.region is None:
+        return text,
+    return _wrap(text, columns, _EDGE_PIXELS, _BUTTON + beside, False, width)
 
 
 def _wrap(text: str, columns: float, margin: int, beside: int, breaks_words: bool, width: int = 0) -> tuple[str, ...]:
@@ -94,7 +96,7 @@ def fits(text: str) -> bool:
 def _lines(text: str, width: int, size: float, breaks_words: bool) -> tuple[str, ...]:
     """Text in lines of so many pixels, by the font of the interface; the longest lines of equally many characters."""
     blf.size(0, size)
-    for characters in range(min(len(text), int(width / size / _NARROWEST)), _LEAST, -1):
+    for characters in range(min(len(text), int(width / size / _NARROWEST_CHARACTER)), _LEAST, -1):
         lines = _broken(text, characters, breaks_words)
         if all(blf.dimensions(0, line)[0] <= width for line in lines):
             return lines
@@ -140,7 +142,7 @@ def room() -> int:
     region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
     if region is None:
         return _SHORTEST
-    return max(int((region.width / scale - _MARGIN - _tabs(region)) / _CHARACTER), _SHORTEST)
+    return max(int((region.width / scale - _MARGIN - _tabs(region)) / _CHARACTER_WIDTH), _SHORTEST)
 
 
 def _tabs(region: bpy.types.Region) -> int:

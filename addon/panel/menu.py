@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import bpy
 
+from .exporting import MEASUREDBRDF_OT_check_export
 from .fixes import MEASUREDBRDF_OT_check_scene
 from .rendering import MEASUREDBRDF_OT_add_studio, MEASUREDBRDF_OT_enable_osl
 from .update import MEASUREDBRDF_OT_update_materials
@@ -34,7 +35,8 @@ class MEASUREDBRDF_MT_menu(bpy.types.Menu):
 
 _draw = entries((MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),
                 (MEASUREDBRDF_OT_enable_osl, "Enable OSL for Measured BRDFs"),
-                (MEASUREDBRDF_OT_check_scene, "Check Scene for Measured BRDFs"))
+                (MEASUREDBRDF_OT_check_scene, "Check Scene for Measured BRDFs"),
+                (MEASUREDBRDF_OT_check_export, "Check Export of Measured BRDFs"))
 
 
 def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -44,6 +46,6 @@ def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 add_studio = entries((MEASUREDBRDF_OT_add_studio, "Measured BRDF Studio"))
 """Draws the entry of Add > Light."""
-IN = ("VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu")
+MENUS = ("VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu")
 """The menus of Blender that have this one."""
 classes = (MEASUREDBRDF_MT_menu,)

@@ -6,7 +6,7 @@ from bpy.props import StringProperty
 from ..core.annotations import OperatorResult, not_none
 from ..core.shading import material as materials
 
-IN = "NODE_MT_add"           # the menu of Blender that has this one
+ADD_MENU = "NODE_MT_add"     # the menu of Blender that has this one
 
 
 class MEASUREDBRDF_OT_add_node(bpy.types.Operator):

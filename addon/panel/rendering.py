@@ -88,7 +88,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material, scene = not_none(self.layout), not_none(context.material), not_none(context.scene)
-        chosen = materials.rendering_of(material)
+        chosen = materials.get_rendering(material)
         buttons = choices(layout, [label for _, label, _ in RENDERINGS])
         for key, label, _ in RENDERINGS:
             buttons.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
@@ -97,9 +97,9 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
         draw_wrapped(layout, rendered.sentence(now, chosen), "INFO" if as_chosen else "ERROR")
         if now.can_enable:
             layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
-        if below := rendered.below_surface(material, scene):
+        if below := rendered.subsurface_message(material, scene):
             draw_wrapped(layout, below, "INFO")
-            layout.prop(not_none(materials.surface_node(material)).inputs[node_group.SCALE], "default_value",
+            layout.prop(not_none(materials.surface_node(material)).inputs[node_group.SCALE_INPUT], "default_value",
                         text="Metres per Unit")
         findings = checks.check(scene, material)
         if not findings:
@@ -125,7 +125,7 @@ def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     """Say in a line how a material is rendered, and offer OSL where that helps."""
     now = rendered.in_scene(material, not_none(context.scene))
     row = layout.row(align=True)
-    row.label(text=rendered.in_words(now, _is_previewed(context)), icon="SHADING_RENDERED")
+    row.label(text=rendered.rendering_words(now, _is_previewed(context)), icon="SHADING_RENDERED")
     if now.can_enable:
         row.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
     world = not_none(context.scene).world

@@ -26,7 +26,7 @@ from ...fitter.photographs.description.capture_setup import ENCODINGS, LEAST_VAL
 from ...fitter.photographs.description.capture_setup import GUESS as GUESSED
 from ...fitter.quality import verdict
 from ..core.shading import material
-from ..core.storage.paths import RELATIVE, Place
+from ..core.storage.paths import RELATIVE_PATHS, Place
 from ..core.storage.properties import PRESET_ITEMS
 
 AS_THE_FILE_SAYS = "auto"
@@ -45,7 +45,7 @@ _ENCODINGS = ((AS_THE_FILE_SAYS, "As the Files Say", "sRGB where the files say s
               (ENCODINGS[1], "sRGB", "sRGB, whatever the files say"))
 
 
-def _file(name: str, description: str, options: Any = RELATIVE) -> Any:
+def _file(name: str, description: str, options: Any = RELATIVE_PATHS) -> Any:
     return StringProperty(name=name, subtype="FILE_PATH", options=options, description=description)
 
 

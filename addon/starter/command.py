@@ -4,7 +4,7 @@ from typing import Any
 
 from ...fitter import cli
 from ...fitter.storage.files import real_path
-from ..work.command import quiet, report_of
+from ..work.command import get_report, quiet
 from . import starter
 
 
@@ -19,7 +19,7 @@ def add(commands: Any) -> None:
 def _starter(options: Any) -> int:
     out = real_path(options.out)
     out.mkdir(parents=True, exist_ok=True)
-    report = report_of(options)
+    report = get_report(options)
     with quiet():
         for fraction, doing in starter.build(out, options.only_ready):
             if report:

@@ -28,8 +28,8 @@ from . import shelf, starter, work
 _TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"Materials with the tag {tag}")
                                                      for tag in shelf.tags()))
 
-_WINDOWS = (("AUTO", "Find Out", "Where the light suits the photograph best"),
-            *((name.upper(), name.capitalize(), f"A window: {name}") for name in WINDOWS))
+_WINDOW_ITEMS = (("AUTO", "Find Out", "Where the light suits the photograph best"),
+                 *((name.upper(), name.capitalize(), f"A window: {name}") for name in WINDOWS))
 
 
 class MeasuredShelf(bpy.types.PropertyGroup):
@@ -88,7 +88,7 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         return {"FINISHED"}
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
-        choices = starter.choices_of(find(self.name))
+        choices = starter.starter_choices(find(self.name))
         for name, value in vars(choices).items():       # what `MakesMaterials` looks for
             setattr(self, name, value)
         self.remember_target(context)
@@ -155,7 +155,7 @@ above the library"""
     path_name = "filepath"
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg", options={"HIDDEN"})
-    window: EnumProperty(name="Light", items=_WINDOWS, default="AUTO",
+    window: EnumProperty(name="Light", items=_WINDOW_ITEMS, default="AUTO",
                          description="Where the window is that the ball was photographed by")
 
     def draw(self, _context: bpy.types.Context) -> None:
@@ -166,7 +166,7 @@ above the library"""
     def work(self, _context: bpy.types.Context) -> process.Calculation:
         osl_support.make_importable("OpenImageIO")
         window = "" if self.window == "AUTO" else self.window.lower()
-        return process.Calculation(partial(work.matched, bpy.path.abspath(self.filepath), window))
+        return process.Calculation(partial(work.match_photograph, bpy.path.abspath(self.filepath), window))
 
     def apply(self, _context: bpy.types.Context, result: tuple[str, list[Match]]) -> None:
         shelf.nearest[:] = result[1]
@@ -216,7 +216,7 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
 
     def apply(self, context: bpy.types.Context, result: dict[str, Any]) -> None:
         starter.offer(context, Path(result["path"]))
-        self.report({"INFO"}, f"The Asset Browser has the library {starter.NAME}")
+        self.report({"INFO"}, f"The Asset Browser has the library {starter.LIBRARY_NAME}")
 
 
 classes = (MeasuredShelf, MEASUREDBRDF_OT_match_photograph, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_favourite,

@@ -14,16 +14,17 @@ from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, pic
 from . import operators as library
 from . import shelf, starter, thumbnails
 
-_CELL = 16                  # characters: the width of a cell with a thumbnail
-_SCALE = 4.5                # of thumbnails
+_CELL_CHARACTERS = 16       # characters: the width of a cell with a thumbnail
+_THUMBNAIL_SCALE = 4.5      # of thumbnails
 _OTHER_FINISHES = 3         # pictures below one another beside one of a metal
 _OF_FAVOURITES = 2.0        # scale of the pictures of favourites
 _MOST = 60                  # cells
-_ABREAST, _SMALL = 7, 3.2   # cells of the popover beside one another, and the scale of their thumbnails
-_WIDTH = 7                  # units of Blender's interface: of a cell of the popover
+_CELLS_ABREAST, _SMALL_SCALE = 7, 3.2  # cells of the popover beside one another, and the scale of their thumbnails
+_CELL_UNITS = 7             # units of Blender's interface: of a cell of the popover
 _UNIT, _STAR = 20, 22       # pixels at a scale of 1: of a unit, and of a star with the gap before it
-_ROWS, _ROW, _AROUND = 4, 95, 200       # rows of the popover at most; pixels at a scale of 1: of one, and around all
-_LARGE, _LARGE_ROW = 5.0, 135           # the same where all have room that are found: scale, and pixels of a row
+# rows of the popover at most; pixels at a scale of 1: of one, and around all
+_MOST_ROWS_SHOWN, _ROW_PIXELS, _PIXELS_AROUND = 4, 95, 200
+_LARGE_SCALE, _LARGE_ROW = 5.0, 135     # the same where all have room that are found: scale, and pixels of a row
 _RGL = "https://rgl.epfl.ch/materials"       # measurements under CC0, with pictures; the browser opens it
 _IMPORT = "measured_brdf.import_data"
 
@@ -59,20 +60,21 @@ MERL"""
     bl_space_type = "PROPERTIES"
     bl_region_type = "HEADER"               # of no editor: a popover
     bl_label = "Material Library"
-    bl_ui_units_x = _WIDTH * _ABREAST
+    bl_ui_units_x = _CELL_UNITS * _CELLS_ABREAST
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(not_none(self.layout), context, _ABREAST, _SMALL, _ABREAST * _rows(context, _ROW),
-                        _UNIT * _WIDTH * _ABREAST, _ABREAST * _rows(context, _LARGE_ROW))
+        _draw_published(not_none(self.layout), context, _CELLS_ABREAST, _SMALL_SCALE,
+                        _CELLS_ABREAST * _rows(context, _ROW_PIXELS), _UNIT * _CELL_UNITS * _CELLS_ABREAST,
+                        _CELLS_ABREAST * _rows(context, _LARGE_ROW))
 
 
 def _rows(context: bpy.types.Context, height: int) -> int:
     """Rows of a height that fit into the popover above or below its button: one that has more opens at its end."""
     if context.window is None:
-        return _ROWS
+        return _MOST_ROWS_SHOWN
     scale = context.preferences.system.ui_scale or 1            # 0 without a screen
-    room_for = (context.window.height / scale / 2 - _AROUND) / height
-    return min(max(int(room_for), 1), _ROWS)
+    room_for = (context.window.height / scale / 2 - _PIXELS_AROUND) / height
+    return min(max(int(room_for), 1), _MOST_ROWS_SHOWN)
 
 
 def draw_button(layout: bpy.types.UILayout) -> None:
@@ -96,11 +98,11 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
         _draw_folder(layout, context)
         row = layout.row(align=True)
         row.operator("wm.url_open", text="Get from RGL", icon="URL").url = _RGL
-        row.operator("wm.url_open", text="Where to Get Data", icon="HELP").url = manual.url(manual.DATA)
+        row.operator("wm.url_open", text="Where to Get Data", icon="HELP").url = manual.url(manual.DATA_PAGE)
 
 
-def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int, scale: float = _SCALE,
-                    most: int = _MOST, width: int = 0, most_large: int = 0) -> None:
+def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int,
+                    scale: float = _THUMBNAIL_SCALE, most: int = _MOST, width: int = 0, most_large: int = 0) -> None:
     choices = context.window_manager.measured_brdf_shelf
     row = layout.row(align=True)
     row.prop(choices, "search", text="", icon="VIEWZOOM")
@@ -112,10 +114,10 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     layout.operator(library.MEASUREDBRDF_OT_match_photograph.bl_idname, text="Match a Photograph...", icon="IMAGE_DATA")
     _draw_row(layout, [{"name": each.material.name, "note": line, "diffuse": each.diffuse, "highlight": each.highlight}
                        for each, line in zip(shelf.nearest, match_lines("", shelf.nearest)[1:], strict=True)])
-    offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
-    groups = shelf.by_substance(offered)
+    offered = shelf.find_offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    groups = shelf.group_finishes(offered)
     if len(groups) <= most_large:
-        scale = _LARGE
+        scale = _LARGE_SCALE
     if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
     grid = _grid(layout, columns)
@@ -142,7 +144,7 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     if not settings.data_folder:
         draw_wrapped(layout, "Choose a folder: its measurements are listed here, with pictures", "INFO")
         return
-    job = shelf.watched(bpy.path.abspath(settings.data_folder))
+    job = shelf.watch_folder(bpy.path.abspath(settings.data_folder))
     if job.error is not None:
         draw_warning(layout, str(job.error))
         return
@@ -176,7 +178,7 @@ def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.FolderEn
 
 
 def _draw_buttons(cell: bpy.types.UILayout, lines: tuple[str, ...], operator: str, icon_id: int,
-                  scale: float = _SCALE) -> list[Any]:
+                  scale: float = _THUMBNAIL_SCALE) -> list[Any]:
     """A picture, and a name below it: buttons, whose properties are returned."""
     return [picture_button(cell, operator, icon_id, scale), *(cell.operator(operator, text=line) for line in lines)]
 
@@ -222,7 +224,7 @@ def _grid(layout: bpy.types.UILayout, columns: int) -> bpy.types.UILayout:
 
 
 def _columns() -> int:
-    return max(room() // _CELL, 2)
+    return max(room() // _CELL_CHARACTERS, 2)
 
 
 classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder)

@@ -25,16 +25,16 @@ from . import thumbnails
 
 ALL = "all"
 _PACKAGE = __package__.rpartition(".addon")[0]
-_RECHECK = 2.0              # s, after which a folder is scanned again
+_RESCAN = 2.0               # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
-_KEPT = 600                 # icons
+_KEPT_ICONS = 600           # icons
 _PATIENCE = 300.0           # s, for which the icons of a list are wanted
-_GREY = 0.3                 # of the disc that stands for a picture
+_PLACEHOLDER_GREY = 0.3     # of the disc that stands for a picture
 _AT_A_TIME = 14             # pictures of the library that are drawn in one go: half a second
-_icons = icons.Icons(_KEPT)
+_icons = icons.Icons(_KEPT_ICONS)
 _coming: set[str] = set()   # published materials whose pictures are being drawn
 _undrawn: set[icons.Key] = set()        # samples whose icons are discs
-_failed: Recent[icons.Key, Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
+_failed: Recent[icons.Key, Exception] = Recent(_KEPT_ICONS)  # the queue forgets: they would be tried for ever
 _was_drawn = False
 
 
@@ -79,7 +79,7 @@ def tags() -> list[str]:
     return [tag for tag in published.TAGS if tag in used]
 
 
-def offered(search: str, tag: str) -> list[published.PublishedMaterial]:
+def find_offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     """The published materials that have a tag (or `ALL`), and all words of a search in name, label or tags: metals
     in the order of their table, then the brightest first, since dark ones look alike."""
     words = search.lower().split()
@@ -88,7 +88,7 @@ def offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
 
 
-def by_substance(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
+def group_finishes(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
     """Published materials, the finishes of a metal together."""
     groups: dict[str, list[published.PublishedMaterial]] = {}
     for each in found:
@@ -120,25 +120,25 @@ def coming() -> set[str]:
 def _disc() -> SingleArray:
     """A grey disc, where a picture will be."""
     y, x = (np.indices((thumbnails.SIZE, thumbnails.SIZE)) + 0.5) / thumbnails.SIZE * 2 - 1
-    shade = np.array([*[_GREY] * 3, 1], np.float32)
+    shade = np.array([*[_PLACEHOLDER_GREY] * 3, 1], np.float32)
     return np.where((x ** 2 + y ** 2 < 1)[..., None], shade, np.float32(0))
 
 
 @cache
 def _together() -> list[tuple[str, ...]]:
     """The names of materials whose pictures are drawn at a time: of a kind, in the order in which they are shown."""
-    shown = [each for group in by_substance(offered("", ALL)) for each in group]
+    shown = [each for group in group_finishes(find_offered("", ALL)) for each in group]
     kinds = [[each.name for each in shown if each.tags[0] == tag] for tag in published.TAGS]
     return [tuple(names[first:first + _AT_A_TIME]) for names in kinds for first in range(0, len(names), _AT_A_TIME)]
 
 
-def watched(folder: str) -> Job[list[thumbnails.FolderEntry]]:
+def watch_folder(folder: str) -> Job[list[thumbnails.FolderEntry]]:
     """The job that lists the measurements in a folder; panels that show it notice changes within seconds."""
     global _was_drawn
     _was_drawn = True
     if not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=_TICK, persistent=True)
-    return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RECHECK)
+    return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RESCAN)
 
 
 def measurement_icon(measurement: thumbnails.FolderEntry, how: Arguments) -> tuple[int, Exception | None]:

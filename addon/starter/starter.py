@@ -21,16 +21,16 @@ from ..core.blender import previews
 from ..core.libraries import assets, library_file
 from ..core.shading import material as materials
 from ..core.shading.compiler import Shader
-from ..core.storage.properties import LEVELS, Choices, default_choices, use_preset
+from ..core.storage.properties import FIT_LEVELS, Choices, default_choices, use_preset
 from . import shelf, thumbnails, work
 
-NAME = "Measured BRDF Starter Library"
+LIBRARY_NAME = "Measured BRDF Starter Library"
 SHIPPED = ready.FOLDER.parent
 FILE = "starter.blend"
 LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
-_VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
+_VERSION_FILE = "version.json"  # which Blender wrote the library, and of which version of the table
 _REVISION = 7               # a new one makes users' libraries anew
-_CATALOGUE = f"{assets.CATALOGUE}/Starter"
+_STARTER_CATALOGUE = f"{assets.CATALOGUE}/Starter"
 _STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
 
 
@@ -46,16 +46,16 @@ def own_folder() -> Path:
 
 def is_offered(context: bpy.types.Context) -> bool:
     """Whether the library is among the asset libraries of the preferences; reads no file."""
-    return any(known.name == NAME and Path(bpy.path.abspath(known.path)) in (SHIPPED, own_folder())
+    return any(known.name == LIBRARY_NAME and Path(bpy.path.abspath(known.path)) in (SHIPPED, own_folder())
                for known in context.preferences.filepaths.asset_libraries)
 
 
 def offer(context: bpy.types.Context, path: Path) -> None:
     """Add the library to the asset libraries of the preferences, or correct how they have it."""
     libraries = context.preferences.filepaths.asset_libraries
-    known = next((each for each in libraries if each.name == NAME), None)
+    known = next((each for each in libraries if each.name == LIBRARY_NAME), None)
     if known is None:
-        known = libraries.new(name=NAME, directory=str(path))
+        known = libraries.new(name=LIBRARY_NAME, directory=str(path))
     known.path = str(path)
     known.import_method = "APPEND"          # what is linked or packed cannot be adjusted, nor rendered with OSL
 
@@ -81,16 +81,16 @@ def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
         yield 1.0, "Writing the library"
         library_file.save_part(path, opened)
         kinds = {_catalogue(each.tags[0]) for each in everything}
-        assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(kinds)])
-        with replace_file(out / _VERSION, "w") as stream:
+        assets.write_catalogue(out, [assets.CATALOGUE, _STARTER_CATALOGUE, *sorted(kinds)])
+        with replace_file(out / _VERSION_FILE, "w") as stream:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
 
-def choices_of(wanted: published.PublishedMaterial) -> Choices:
+def starter_choices(wanted: published.PublishedMaterial) -> Choices:
     """The choices of a material with the fit of the library."""
     choices = default_choices(wanted.path)
     use_preset(choices, ready.PRESET)
-    for level in LEVELS:
+    for level in FIT_LEVELS:
         setattr(choices, level, ready.ARGUMENTS[level])
     return choices
 
@@ -99,7 +99,7 @@ def _create(wanted: published.PublishedMaterial) -> bpy.types.Material:
     outcome = work.import_result(wanted.name, {"colours": DEFAULT_COLOURS})
     surface = outcome.surface
     uncompiled = Shader(surface.source, "", surface.nodes, surface.kept)
-    return materials.create(outcome, choices_of(wanted), bpy.context, uncompiled)
+    return materials.create(outcome, starter_choices(wanted), bpy.context, uncompiled)
 
 
 def _mark(material: bpy.types.Material, wanted: published.PublishedMaterial) -> None:
@@ -118,13 +118,13 @@ def _mark(material: bpy.types.Material, wanted: published.PublishedMaterial) -> 
 
 
 def _catalogue(kind: str) -> str:
-    return f"{_CATALOGUE}/{kind.capitalize()}"
+    return f"{_STARTER_CATALOGUE}/{kind.capitalize()}"
 
 
 def _is_readable(where: Path) -> bool:
     """Whether a folder holds the library, of this revision, and no newer Blender wrote it."""
     try:
-        written = json.loads((where / _VERSION).read_text("utf-8"))
+        written = json.loads((where / _VERSION_FILE).read_text("utf-8"))
         return (written["revision"] == _REVISION and tuple(written["blender"]) <= bpy.app.version[:2]
                 and (where / FILE).is_file())
     except (OSError, ValueError, KeyError, TypeError):

@@ -27,8 +27,8 @@ from ..work.recent import Recent
 SIZE = 128
 LARGEST_FITTED = 8 << 20    # bytes: larger files get no thumbnail, their fit would take longer than people look
 MOST = 400                  # measurements that a folder shows
-_QUICK: Arguments = {**fitter.PRESETS["Draft"]}
-_KEPT = 1500                # pictures on disk
+_QUICK_FIT: Arguments = {**fitter.PRESETS["Draft"]}
+_KEPT_PICTURES = 1500       # pictures on disk
 # what files hold, by path and stamp
 _known: 'Recent[tuple[Path, tuple[int, int]], list["FolderEntry"]]' = Recent(1 << 16)
 
@@ -113,12 +113,12 @@ def measurement_picture(found: FolderEntry, cache: str, how: Arguments) -> Singl
 
     def draw() -> SingleArray:
         samples = fitter.load(found.path, found.sample or None, **how)
-        return lit_sphere(fitter.fit(samples, **_QUICK), SIZE, colours=samples.colours)
+        return lit_sphere(fitter.fit(samples, **_QUICK_FIT), SIZE, colours=samples.colours)
 
-    return _cached(Path(cache), (*found, tasks.freeze(how), tasks.freeze(_QUICK)), draw)
+    return _cached_picture(Path(cache), (*found, tasks.freeze(how), tasks.freeze(_QUICK_FIT)), draw)
 
 
-def _cached(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
+def _cached_picture(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
     """A picture from the disk, or drawn and put there."""
     name = hashlib.sha256(repr((versions.CURRENT, SIZE, *key)).encode()).hexdigest()[:24]
     path = folder / f"{name}.npy"
@@ -137,5 +137,5 @@ def _cached(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArra
 
 def _forget_oldest(folder: Path) -> None:
     stored = sorted(folder.glob("*.npy"), key=lambda path: path.stat().st_mtime_ns)
-    for path in stored[:-_KEPT]:
+    for path in stored[:-_KEPT_PICTURES]:
         path.unlink(missing_ok=True)

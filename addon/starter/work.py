@@ -12,7 +12,7 @@ from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
 
 
-def matched(path: str, window: str) -> tuple[str, list[matching.Match]]:
+def match_photograph(path: str, window: str) -> tuple[str, list[matching.Match]]:
     """What `matching.find_nearest` says of a photograph of a ball. Raises DatasetError."""
     pixels = read_picture(path).pixels
     try:
@@ -35,9 +35,9 @@ def import_result(name: str, how: Arguments, edit: Arguments | None = None) -> O
     path = published.find(name).path
     if how["colours"] != DEFAULT_COLOURS:
         return tasks.outcome(path, None, ready.ARGUMENTS, how, edit)
-    made = tasks.outcome_of(ready.find(name), path, how)
+    made = tasks.ready_outcome(ready.find(name), path, how)
     kept = EmbeddedFit(made.surface.kept, name, made.measured.colours)
-    return made._replace(surface=tasks.adjusted(kept, edit)) if edit else made
+    return made._replace(surface=tasks.edit_surface(kept, edit)) if edit else made
 
 
 def outcomes(name: str, how: Arguments, edit: Arguments | None = None) -> list[tuple[str, str, Outcome]]:

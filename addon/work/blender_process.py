@@ -50,7 +50,7 @@ class BlenderProcess:
     def __init__(self, arguments: tuple[object, ...]) -> None:
         self._folder = process.temporary()
         # whatever it leaves if it is killed lies in the folder of this Blender, too
-        environment = {"PYTHONPATH": "", shared.FOLDER: process.folder(),
+        environment = {"PYTHONPATH": "", shared.WORKERS_FOLDER: process.folder(),
                        **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder.name)}
         with open(Path(self._folder.name, "log"), "wb") as log:
             self._process = subprocess.Popen(
@@ -116,7 +116,7 @@ class Command:
 
 def end_with_parent() -> None:
     """If this Blender is a `BlenderProcess`, let it end with the one that has started it, whatever ends that."""
-    folder = os.environ.pop(shared.FOLDER, None)
+    folder = os.environ.pop(shared.WORKERS_FOLDER, None)
     if folder is not None:
         threading.Thread(target=_wait, args=(folder,), daemon=True).start()
 

@@ -23,17 +23,18 @@ DONE = ("fitted", "up to date", "rendered", "saved")       # the statuses of row
 
 
 class Row(NamedTuple):
-    """The result for one material, for the summary."""
+    """The result for one material, for the summary; `doubts` are the words for what is bad of it."""
 
     name: str
     status: str
     coefficients: int = 0
     nbytes: int = 0
     rmse: float = float("nan")
+    doubts: Sequence[str] = ()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 1 if any file failed, `interrupts.CANCELLED` if it was cancelled, else 0."""
+    """Run one command. The exit code is as of `summary`, or `interrupts.CANCELLED`."""
     options = argparse.Namespace(report_to=None)
     try:
         cli.prepare_terminal()
@@ -68,7 +69,7 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def report_of(options: argparse.Namespace) -> Report | None:
+def get_report(options: argparse.Namespace) -> Report | None:
     """Where a command tells its progress and its result, if another Blender has started it."""
     return None if options.report_to is None else Report(options.report_to)
 
@@ -92,15 +93,20 @@ def answering(name: str, answer: Callable[[Path], None]) -> Callable[[Any], None
 
 
 def summary(rows: Iterable[Row], out: str | Path, may_be_empty: bool = False) -> int:
-    """Print the result for each material: the exit code, 1 if one failed or there was none."""
+    """Print the result for each material: the exit code, 1 if one failed or there was none, `cli.BAD` if there are
+    doubts about one."""
     rows = sorted(rows)
     failed = sum(row.status.startswith("failed") for row in rows)
     for row in rows:
         numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
         cli.say(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
+        for doubt in row.doubts:
+            cli.say(f"  {doubt}  (!)")
     done = sum(row.status in DONE for row in rows)
     cli.say(f"{out}: {done} done, {failed} failed")
-    return int(failed > 0 or not (rows or may_be_empty))
+    if failed > 0 or not (rows or may_be_empty):
+        return 1
+    return cli.BAD if any(row.doubts for row in rows) else 0
 
 
 @contextlib.contextmanager

@@ -13,7 +13,7 @@ from ...fitter.model.published import parse_virtual_path
 
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 _MOST = 20_000              # files and folders that are looked at: in a large tree, those nearest to its root
-_NAMED = 4                  # folders, in a message
+_NAMED_FOLDERS = 4          # folders, in a message
 
 
 class Source(NamedTuple):
@@ -62,7 +62,8 @@ def passed_over(paths: Iterable[str | Path], columns: str | None = None) -> list
         if below:
             names = [os.path.relpath(place, folder) for place in below]
             lines.append(f"{folder}: folders in it are not read, though {below.total():,} of their files may hold "
-                         f"measurements: give them too ({', '.join(names[:_NAMED])}{' ...' * (len(names) > _NAMED)})")
+                         f"measurements: give them too ({', '.join(names[:_NAMED_FOLDERS])}"
+                         f"{' ...' * (len(names) > _NAMED_FOLDERS)})")
     return lines
 
 

@@ -67,7 +67,7 @@ class Job(Generic[_Result]):
         elapsed = now - self._began
         if self.finished is not None or elapsed < _SOON or not _SURE <= self.fraction < 1:
             return ""
-        return f"about {_in_words(elapsed * (1 - self.fraction) / self.fraction)} left"
+        return f"about {_time_words(elapsed * (1 - self.fraction) / self.fraction)} left"
 
     def poll(self) -> bool:
         """Update progress and result: whether the job is finished."""
@@ -89,7 +89,7 @@ class Work(Protocol):
     def run(self) -> Any: ...
 
 
-def _in_words(seconds: float) -> str:
+def _time_words(seconds: float) -> str:
     """A time, as roughly as it is known."""
     if seconds >= 90:
         return f"{round(seconds / 60)} min"

@@ -1,7 +1,7 @@
 """What operators share that make materials of measurements: what the material is for, and one material per outcome."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +17,7 @@ from ..core.storage import edits
 from ..core.storage.outcomes import Outcome
 from ..core.storage.properties import (
     CHOICES,
-    LEVELS,
+    FIT_LEVELS,
     OFFERED,
     FitChoices,
     draw_presets,
@@ -48,8 +48,8 @@ class HasTarget:
         """Remember the object under the mouse of an event, else the active one and all that are selected, unless the
         caller has named one."""
         if not self.target:
-            dropped_on = None if event is None else targets.under_mouse(context, event)
-            (self.target, self.slot), *others = [dropped_on] if dropped_on else targets.selected(context)
+            dropped_on = None if event is None else targets.find_under_mouse(context, event)
+            (self.target, self.slot), *others = [dropped_on] if dropped_on else targets.list_selected(context)
             self.others = " ".join(str(each.item) for each in others)
 
     def all_targets(self) -> list[targets.Target]:
@@ -89,19 +89,21 @@ class MakesMaterials(HasTarget, InBackground):
                     sliders.move(made[-1], outcome.surface.edit)
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
-        judged = quality_summary(made[0].measured_brdf) if len(made) == 1 else None
-        told = f"{len(made)} materials; {len(failed)} files failed"
-        if judged is not None:
-            told = f"{made[0].name}: {judged.whole}"
+        judged = [(item.name, quality_summary(item.measured_brdf)) for item in made]
+        first, is_one = judged[0][1], len(made) == 1
+        told = f"{made[0].name}: {first.whole}" if is_one else f"{len(made)} materials; {len(failed)} files failed"
         how = rendered.advice(made[0], not_none(context.scene))
         # last, because it is the only change that is not taken back on an error
         if why := targets.assign_all(self.all_targets(), made[0]):
             made[0].use_fake_user = True
             self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
-        for said in (*failed, *(outcome.doubt for _, _, outcome, _ in prepared if not isinstance(outcome, Exception))):
-            if str(said):
-                self.report({"WARNING"}, str(said))
-        self.report({"INFO" if judged is None else judged.level}, f"{told}. {how}" if how else told)
+        for error in failed:
+            self.report({"WARNING"}, str(error))
+        for name, summary in judged:
+            if summary.is_bad and not is_one:
+                self.report({"WARNING"}, f"{name}: {summary.line}")
+        report_questions(self, (outcome for _, _, outcome, _ in prepared if not isinstance(outcome, Exception)))
+        self.report({first.level if is_one else "INFO"}, f"{told}. {how}" if how else told)
         if self.options.is_invoke:
             show_first(context, made)
 
@@ -154,7 +156,7 @@ def begin_as_script(operator: Any) -> None:
 
 
 def _says_how_to_fit(operator: Any) -> bool:
-    return any(operator.properties.is_property_set(name) for name in ("preset", "use_tolerance", *LEVELS))
+    return any(operator.properties.is_property_set(name) for name in ("preset", "use_tolerance", *FIT_LEVELS))
 
 
 def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_sample: bool = False) -> None:
@@ -166,11 +168,18 @@ def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_samp
     header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
     header.label(text="Fit Settings")
     if body is not None:
-        for name in (*LEVELS, "use_tolerance", "tolerance"):
+        for name in (*FIT_LEVELS, "use_tolerance", "tolerance"):
             row = body.row()
             row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
             row.prop(operator, name)
     draw_reading(layout, operator, path)
+
+
+def report_questions(operator: bpy.types.Operator, outcomes: Iterable[Outcome]) -> None:
+    """Report what is to be asked about measurements as warnings."""
+    for outcome in outcomes:
+        for question in outcome.questions:
+            operator.report({"WARNING"}, question)
 
 
 def show_first(context: bpy.types.Context, made: Sequence[bpy.types.Material]) -> None:

@@ -26,8 +26,8 @@ from .job import Job, Work
 Steps = Generator[tuple[float, str], None, Any]
 """Work in pieces: yields (fraction, doing) after each, and returns its result."""
 
-EXPECTED = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
-            OSError)
+EXPECTED_ERRORS = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
+                   OSError)
 
 running: Job[Any] | None = None             # the job whose progress the panel shows
 waiting: list[Work] = []                    # what begins when it has ended, one after the other
@@ -171,7 +171,7 @@ class InBackground(OperatorMixIn):
 
     def _failed(self, error: Exception) -> OperatorResult:
         """Report an error, an unexpected one with a traceback on the console: what `execute` or `modal` returns."""
-        if isinstance(error, EXPECTED):
+        if isinstance(error, EXPECTED_ERRORS):
             self.report({"ERROR"}, str(error))
         else:
             traceback.print_exception(error)

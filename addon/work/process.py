@@ -22,7 +22,7 @@ from .job import Job, read_progress
 _Result = TypeVar("_Result")
 
 ENDED_EARLY = "The fitting process has ended early: it was killed, or memory ran out"
-_SCRIPT = Path(__file__).with_name("worker.py")
+_WORKER_SCRIPT = Path(__file__).with_name("worker.py")
 _PACKAGE = __package__.rpartition(".addon")[0]
 
 
@@ -37,9 +37,10 @@ class Worker:
         self._folder = temporary()
         root = Path(__file__).parents[2]
         # -P: modules beside the script must not be importable by their bare names
-        command = [sys.executable, *bpy.app.python_args, "-P", str(_SCRIPT), _PACKAGE, str(root), self._folder.name]
+        command = [sys.executable, *bpy.app.python_args, "-P", str(_WORKER_SCRIPT), _PACKAGE, str(root),
+                   self._folder.name]
         # several workers share the processors with Blender, so each uses one
-        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.FOLDER: folder()}
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.WORKERS_FOLDER: folder()}
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment,
                                          creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
         self._input = cast(IO[bytes], self._process.stdin)

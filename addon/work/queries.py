@@ -9,7 +9,7 @@ import numpy as np
 
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT_COLOURS
-from ...fitter.imaging.packed_picture import unpacked
+from ...fitter.imaging.packed_picture import unpack
 from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance
 from ..core.annotations import Arguments, not_none
@@ -35,10 +35,10 @@ def data(material: bpy.types.Material) -> Job[Data]:
 
 def cost(measured: Data, arguments: Arguments) -> tuple[Job[Fitted], Job[float]]:
     """The job that fits, and the one that finds the RMSE at held-out samples."""
-    return fitted(measured, arguments), held_out(measured, arguments)
+    return fitting_job(measured, arguments), held_out(measured, arguments)
 
 
-def fitted(measured: Data, arguments: Arguments) -> Job[Fitted]:
+def fitting_job(measured: Data, arguments: Arguments) -> Job[Fitted]:
     """The job that fits."""
     return queue.ask(_key("fit", measured, arguments), partial(tasks.fitted_of, measured, arguments))
 
@@ -101,14 +101,14 @@ def shown_fits(material: bpy.types.Material, masked: float | None = None) -> Emb
 
     Of a mix by a mask, `masked` is the share of the second material; None leaves it open.
     """
-    return embedded_fit(material) or _mixed(materials.mix_node(material), masked)
+    return embedded_fit(material) or _kept_parts(materials.mix_node(material), masked)
 
 
-def _mixed(node: bpy.types.Node | None, masked: float | None = None) -> EmbeddedFit | KeptMix | None:
+def _kept_parts(node: bpy.types.Node | None, masked: float | None = None) -> EmbeddedFit | KeptMix | None:
     if node is None or not mixing.mixes.is_mix(node.node_tree):
         return None
     *mixed, share = mixing.mixes.parts(node)
-    base, on_top = (None if part is None else embedded_fit(part) or _mixed(inner)
+    base, on_top = (None if part is None else embedded_fit(part) or _kept_parts(inner)
                     for part, inner in zip(mixed, mixing.mixes.nodes(node), strict=True))
     if base is None or on_top is None:
         return base or on_top
@@ -121,16 +121,16 @@ def reaches(material: bpy.types.Material) -> tuple[extrapolation.MeasuredDomain,
     return tuple(extrapolation.MeasuredDomain(*np.radians(each).tolist()) for each in angles if min(each) > 0)
 
 
-def near_plane(material: bpy.types.Material, theta_i: float,
-               phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
-    """The job that finds the samples near a plane of incidence (radians), as `plane_plot.near_plane` returns them; None
-    where the measurements are not at hand, or have not been read yet."""
+def samples_near_plane(material: bpy.types.Material, theta_i: float,
+                       phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
+    """The job that finds the samples near a plane of incidence (radians), as `plane_plot.samples_near_plane` returns
+    them; None where the measurements are not at hand, or have not been read yet."""
     measured = data(material).result if material.measured_brdf.filepath else None
     if measured is None:
         return None
     theta_i, phi_i = round(theta_i, 2), round(phi_i, 2)
     return queue.ask(("near plane", measured.digest, theta_i, phi_i),
-                     partial(tasks.near_plane, measured, theta_i, phi_i), "read")
+                     partial(tasks.samples_near_plane, measured, theta_i, phi_i), "read")
 
 
 def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
@@ -146,7 +146,7 @@ def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
 def _small_sphere(material: bpy.types.Material) -> int:
     """The icon of the small picture that a material keeps; 0 where there is none."""
     text = material.measured_brdf.sphere
-    return icons.at_once(("small sphere", hash(text)), lambda: unpacked(text)) if text else 0
+    return icons.at_once(("small sphere", hash(text)), lambda: unpack(text)) if text else 0
 
 
 def _key(kind: str, measured: Data, arguments: Arguments) -> tuple[str, str, str]:

@@ -21,24 +21,24 @@ from .job import Job, read_progress, write_progress
 
 _Result = TypeVar("_Result")
 
-FOLDER = "MEASURED_BRDF_WORKERS_FOLDER"
+WORKERS_FOLDER = "MEASURED_BRDF_WORKERS_FOLDER"
 """The environment variable of a process that a Blender has started, which names the folder. Only workers share."""
-_KEPT = 32                  # results, a few MB each
+_KEPT_RESULTS = 32          # results, a few MB each
 _WAIT = 0.05                # s
 
 
 def once(key: str, work: Callable[[], _Result]) -> _Result:
     """The result of work, from the folder if any process has done it before; what it raises is not kept."""
-    if FOLDER not in os.environ:
+    if WORKERS_FOLDER not in os.environ:
         return work()
     name = hashlib.sha256(key.encode()).hexdigest()[:24]
-    path = Path(os.environ[FOLDER], f"{name}.result")
-    with _locked(path):
+    path = Path(os.environ[WORKERS_FOLDER], f"{name}.result")
+    with _hold_result(path):
         with contextlib.suppress(OSError):      # not there, or just forgotten by another process
             os.utime(path)
             known: _Result = pickle.loads(path.read_bytes())
             return known
-        with progress.listen_also(lambda fraction, doing: write_progress(_progress_of(path), fraction, doing)):
+        with progress.listen_also(lambda fraction, doing: write_progress(_progress_path(path), fraction, doing)):
             result = work()
         with contextlib.suppress(OSError), replace_file(path) as stream:
             pickle.dump(result, stream)
@@ -47,25 +47,25 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
 
 
 @contextlib.contextmanager
-def _locked(path: Path) -> Iterator[None]:
+def _hold_result(path: Path) -> Iterator[None]:
     """Hold the lock of a result; tell the progress of the process that has it until then."""
     with open(path.with_suffix(".lock"), "ab") as stream:
         while not _try_to_lock(stream.fileno()):
             other = Job[Any](None)
-            read_progress(_progress_of(path), other)
+            read_progress(_progress_path(path), other)
             progress.report(other.fraction, other.doing)
             time.sleep(_WAIT)
         yield                   # closing the file unlocks it
 
 
-def _progress_of(path: Path) -> Path:
+def _progress_path(path: Path) -> Path:
     return path.with_suffix(".progress")
 
 
 def _forget_oldest(folder: Path) -> None:
     with contextlib.suppress(OSError):      # another process may be at it, too
         results = sorted(folder.glob("*.result"), key=lambda each: each.stat().st_mtime)
-        for path in results[:-_KEPT]:
+        for path in results[:-_KEPT_RESULTS]:
             path.unlink()
 
 

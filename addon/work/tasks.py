@@ -19,13 +19,13 @@ from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.formats import time_and_size
 from ...fitter.imaging import pictures, plane_plot
-from ...fitter.imaging.packed_picture import SIZE, packed
+from ...fitter.imaging.packed_picture import SIZE, pack
 from ...fitter.library.ready import Ready
 from ...fitter.methods import extrapolation, tolerance
 from ...fitter.methods.regression_kriging import MAX_GAUSSIAN_PROCESS_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
-from ...fitter.quality import albedo, cross_validation, describe, verdict
+from ...fitter.quality import albedo, cross_validation, describe, physics, verdict
 from ...fitter.samples import distinct_channels
 from ..core import versions
 from ..core.annotations import Arguments
@@ -40,14 +40,14 @@ Rebaked = tuple[str, Nodes, bytes]
 """OSL source and closure nodes of a fit, and the fit as materials keep it."""
 
 _BITS = 22                  # of a value that a digest keeps
-_CHUNK = 1 << 16            # rows hashed at a time
-_FINE = 7                   # level of a sparse lattice
-_KEPT = 12                  # fits in the cache, a few MB each
+_HASHED_ROWS = 1 << 16      # rows hashed at a time
+_FINE_LEVEL = 7             # level of a sparse lattice
+_KEPT_FITS = 12             # fits in the cache, a few MB each
 _LEAST = 1e-12              # of the largest value: what is smaller is what rounding left of 0
-_QUICK = 5000               # samples of which one more fit takes a second at most
-_SMALL = 1 << 20            # bytes: smaller files are read anew whenever they are asked for
-_fits: Recent[tuple[str, str], Fitted] = Recent(_KEPT)
-_kept_fits: Recent[str, fitter.Fit] = Recent(_KEPT)
+_QUICK_SAMPLES = 5000       # samples of which one more fit takes a second at most
+_SMALL_FILE = 1 << 20       # bytes: smaller files are read anew whenever they are asked for
+_fits: Recent[tuple[str, str], Fitted] = Recent(_KEPT_FITS)
+_kept_fits: Recent[str, fitter.Fit] = Recent(_KEPT_FITS)
 # of the last samples: those of a large file, by what was asked and the file's stamp; their description; preparations
 _loaded: Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measurement]] = Recent(1)
 _described: Recent[fitter.Samples, Data] = Recent(1)
@@ -103,7 +103,7 @@ def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.
     return loaded
 
 
-def samples_of(data: Data) -> fitter.Samples:
+def load_samples(data: Data) -> fitter.Samples:
     """The samples of measurements. Raises DatasetError if they cannot be read any more, or are others."""
     measured = data.measured
     samples, now = _load(measured.path, measured.sample, json.loads(measured.how))
@@ -115,7 +115,7 @@ def samples_of(data: Data) -> fitter.Samples:
 def _stamp(path: str) -> tuple[int, int] | None:
     """Tells whether a large file has changed; None for others."""
     stamp = time_and_size(path)
-    return stamp if stamp is not None and stamp[1] > _SMALL else None
+    return stamp if stamp is not None and stamp[1] > _SMALL_FILE else None
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments,
@@ -132,17 +132,17 @@ def outcome(path: str, sample: str | None, arguments: Arguments,
         raise fitter.ImplausibleError(f"{doubt} Choose what the numbers are, or import them as they are", path)
     share = _share_of_fit(samples, arguments)
     with progress.part(0.0, share, "Fitting"):
-        made = fitted(samples, measured.digest, arguments)
+        made = fit_once(samples, measured.digest, arguments)
     with progress.part(share, 1.0):
         return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {})
 
 
-def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
+def ready_outcome(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
     """What a material is made from, of a fit that was made beforehand, and where its measurements are."""
     samples, measured = _load(path, None, how)
     fitting = assess(samples, made.fit, 0.0)
     return Outcome(measured, fitting, verdict.judge(samples, made.fit, fitting.unseen),
-                   _assembled(made, measured.colours, {}))
+                   _assemble_surface(made, measured.colours, {}))
 
 
 def outcome_alone(made: fitter.Fit, space: str) -> Outcome:
@@ -180,7 +180,7 @@ def _share_of_fit(samples: fitter.Samples, arguments: Arguments) -> float:
 
 def _is_fine(arguments: Arguments) -> bool:
     """Whether the sparse lattice is so fine that it takes most of the time."""
-    return (arguments.get("specular_level") or 0) >= _FINE
+    return (arguments.get("specular_level") or 0) >= _FINE_LEVEL
 
 
 def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
@@ -191,7 +191,7 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
     if keep.is_file():
         fitting = assess(samples, fitter.Fit.load(keep), 0.0)
     else:
-        fitting = fitted(samples, measured.digest, arguments)
+        fitting = fit_once(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         fitting.fit.save(keep)
     made = fitter.edited(fitting.fit, **(edit or {}))
@@ -230,10 +230,10 @@ def _finish(samples: fitter.Samples, measured: Measurement, fitting: Fitted, mad
             edit: Arguments) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.judge(samples, fitting.fit, fitting.unseen),
-                   _surface(made, measured.colours, edit), albedo.implausibility_message(samples))
+                   _surface(made, measured.colours, edit), describe.open_questions(samples))
 
 
-def adjusted(kept: EmbeddedFit, edit: Arguments) -> Surface:
+def edit_surface(kept: EmbeddedFit, edit: Arguments) -> Surface:
     """Edit the fit of a material anew. Raises ValueError if there is none, or an argument is wrong."""
     progress.report(0.0, "Editing")
     return _surface(fitter.edited(kept_fit(kept), **edit), kept.colours, edit)
@@ -246,36 +246,36 @@ def _surface(fit: fitter.Fit, space: str, edit: Arguments) -> Surface:
     progress.report(0.75, "Matching the viewport colour")
     made = Ready(fit, nodes, principled.principled(fit))
     progress.report(0.85, "Writing the shader")
-    return _assembled(made, space, edit)
+    return _assemble_surface(made, space, edit)
 
 
-def _assembled(made: Ready, space: str, edit: Arguments) -> Surface:
+def _assemble_surface(made: Ready, space: str, edit: Arguments) -> Surface:
     fit, nodes = made.fit, made.nodes
     return Surface(space, kept_bytes(fit), bake(fit, mixture=nodes.cycles), nodes, principled.albedo(fit),
-                   made.principled, packed(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
+                   made.principled, pack(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
 
 
-def fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
+def fit_once(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     """Fit samples with this digest, unless a worker has done it before. Raises ValueError."""
     whole = key, freeze(arguments)
     if whole not in _fits:
-        _fits[whole] = shared.once(f"fit {whole}", lambda: _fitted(samples, key, arguments))
+        _fits[whole] = shared.once(f"fit {whole}", lambda: _fit_and_judge(samples, key, arguments))
     return _fits[whole]
 
 
-def _fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
+def _fit_and_judge(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     start = time.perf_counter()
     share = 0.2 if _is_fine(arguments) else 0.5
     with progress.part(0.0, share):
-        prepared = _prepared(samples, key, arguments)
+        prepared = _prepare_fit(samples, key, arguments)
     with progress.part(share if prepared else 0.0, 0.95):
         made = fit(samples, arguments, prepared)
     fitting = assess(samples, made, time.perf_counter() - start)
     with progress.part(0.95, 1.0):
-        return fitting._replace(unseen=_unseen(samples, fitting, arguments, prepared))
+        return fitting._replace(unseen=_unseen_error(samples, fitting, arguments, prepared))
 
 
-def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
+def _unseen_error(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
     """`verdict.lightness_error` at samples that the fit had not seen, where that takes no longer than the fit; else
     UNKNOWN.
 
@@ -290,14 +290,14 @@ def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prep
             return verdict.UNKNOWN
         return math.hypot(verdict.lightness_error(samples, left_out[:, columns]),
                           verdict.lightness_error(samples, fitting.fit.evaluate(*samples.directions)))
-    if len(samples) > _QUICK:
+    if len(samples) > _QUICK_SAMPLES:
         return verdict.UNKNOWN
     if "tolerance" in arguments:
         arguments = tolerance.fit_arguments(fitting.fit)
     return verdict.unseen_error(samples, lambda part: fit(part, arguments))
 
 
-def _prepared(samples: fitter.Samples, key: str, arguments: Arguments) -> Arguments:
+def _prepare_fit(samples: fitter.Samples, key: str, arguments: Arguments) -> Arguments:
     """The part of a fit that does not depend on its levels, cached for other fits of the same samples."""
     if "method" not in arguments:
         return {}
@@ -322,20 +322,20 @@ def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
 
 
 def fitted_of(data: Data, arguments: Arguments) -> Fitted:
-    """As `fitted`."""
-    return fitted(samples_of(data), data.digest, arguments)
+    """As `fit_once`."""
+    return fit_once(load_samples(data), data.digest, arguments)
 
 
 def held_out(data: Data, arguments: Arguments) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
-    samples, folds = samples_of(data), iter(range(cross_validation.FOLDS))
+    samples, folds = load_samples(data), iter(range(cross_validation.FOLD_COUNT))
     if "tolerance" in arguments:
         progress.report(0.0, "Fitting")
-        arguments = tolerance.fit_arguments(fitted(samples, data.digest, arguments).fit)
+        arguments = tolerance.fit_arguments(fit_once(samples, data.digest, arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
-        begin, end = fold / cross_validation.FOLDS, (fold + 1) / cross_validation.FOLDS
+        begin, end = fold / cross_validation.FOLD_COUNT, (fold + 1) / cross_validation.FOLD_COUNT
         with progress.part(begin, end, "Testing at unseen angles"):
             return fit(part, arguments)
 
@@ -362,17 +362,23 @@ def polar_plot(fits: Sequence[Reaching], data: Data | None, theta_i: float,
     nan without measurements. Raises ValueError if there is no fit."""
     progress.report(0.0, "Drawing")
     plotted = [plane_plot.Plotted(fit_of(shown), shown.colours, reaches) for shown, reaches in fits]
-    return pictures.polar_plot(plotted, None if data is None else samples_of(data), theta_i, phi_i=phi_i)
+    return plane_plot.polar_plot(plotted, None if data is None else load_samples(data), theta_i, phi_i=phi_i)
 
 
 def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
-    return pictures.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
+    return plane_plot.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
 
 
-def near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
-    """As `plane_plot.near_plane`."""
-    return plane_plot.near_plane(samples_of(data), theta_i, phi_i)
+def normal_albedo(kept: EmbeddedFit | KeptMix) -> FloatArray:
+    """The albedo of a fit for light along the normal, (3,), linear. Raises ValueError if there is no fit."""
+    progress.report(0.0, "Albedo")
+    return np.broadcast_to(physics.directional_albedo(fit_of(kept), [0.0])[0], 3).copy()
+
+
+def samples_near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+    """As `plane_plot.samples_near_plane`."""
+    return plane_plot.samples_near_plane(load_samples(data), theta_i, phi_i)
 
 
 def kept_fit(kept: EmbeddedFit) -> fitter.Fit:
@@ -405,17 +411,20 @@ def digest(samples: fitter.Samples) -> str:
     """
     header = *samples.channels, samples.colours, "isotropic" if samples.isotropic else "anisotropic"
     if samples.subsurface is not None:
-        header += tuple(f"{name} {np.round(value, 6)}" for name, value in vars(samples.subsurface).items())
+        header += tuple(f"{name} {each:.12e}" for name, values in vars(samples.subsurface).items()
+                        for each in np.ravel(values))
     content = hashlib.sha256("\n".join(header).encode())
     for angle in samples.directions:
-        for start in range(0, len(angle), _CHUNK):
-            content.update(np.round(1e7 * angle[start:start + _CHUNK]).astype("<i8").tobytes())
+        for start in range(0, len(angle), _HASHED_ROWS):
+            content.update(np.round(1e7 * angle[start:start + _HASHED_ROWS]).astype("<i8").tobytes())
     for array in (samples.values, *([] if samples.deviation is None else [samples.deviation])):
         least = _LEAST * np.abs(array).max()
-        for start in range(0, len(array), _CHUNK):
-            part = array[start:start + _CHUNK]
+        for start in range(0, len(array), _HASHED_ROWS):
+            part = array[start:start + _HASHED_ROWS]
             mantissa, exponent = np.frexp(np.where(np.abs(part) > least, part, 0.0))
-            content.update(np.round(mantissa * 2 ** _BITS).astype("<i4").tobytes())
+            # again, because what lies just below a power of two is rounded to it
+            mantissa, exponent = np.frexp(np.ldexp(np.round(np.ldexp(mantissa, _BITS)), exponent - _BITS))
+            content.update(np.ldexp(mantissa, _BITS).astype("<i4").tobytes())
             content.update(exponent.astype("<i2").tobytes())
     return content.hexdigest()[:32]
 

@@ -21,15 +21,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
-_INTERVAL = 0.05            # s, between two reports of the same doing
-_ATTEMPTS, _PAUSE = 20, 0.05        # to remove folders in which other processes may just write; s
+_REPORT_INTERVAL = 0.05     # s, between two reports of the same doing
+_ATTEMPTS, _REMOVAL_PAUSE = 20, 0.05  # to remove folders in which other processes may just write; s
 
 
 def serve(package: str, folder: Path) -> None:
     """Do work until the input ends."""
     progress = importlib.import_module(f"{package}.fitter.progress")
     write_progress = importlib.import_module(f"{package}.addon.work.job").write_progress
-    common = os.environ[importlib.import_module(f"{package}.addon.work.shared").FOLDER]
+    common = os.environ[importlib.import_module(f"{package}.addon.work.shared").WORKERS_FOLDER]
     jobs: queue.SimpleQueue[tuple[int, Callable[..., object]]] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(jobs, common), daemon=True).start()
     while True:
@@ -39,7 +39,7 @@ def serve(package: str, folder: Path) -> None:
         def tell(fraction: float, doing: str, path: Path = folder / f"{number}.progress") -> None:
             nonlocal told
             now = time.monotonic()
-            if doing != told[1] or now - told[0] > _INTERVAL:
+            if doing != told[1] or now - told[0] > _REPORT_INTERVAL:
                 told = now, doing
                 write_progress(path, fraction, doing)
 
@@ -51,9 +51,9 @@ def serve(package: str, folder: Path) -> None:
             answer = None, error
         part = folder / f"{number}.part"
         try:
-            part.write_bytes(_pickled(answer))
+            part.write_bytes(_pickle(answer))
         except OSError as error:        # a full disk has room for this
-            part.write_bytes(_pickled((None, OSError(error.errno, error.strerror, str(folder)))))
+            part.write_bytes(_pickle((None, OSError(error.errno, error.strerror, str(folder)))))
         os.replace(part, folder / f"{number}.done")
 
 
@@ -76,11 +76,11 @@ def leave(folder: str) -> NoReturn:
         shutil.rmtree(folder, ignore_errors=True)
         if not Path(folder).exists():
             break
-        time.sleep(_PAUSE)
+        time.sleep(_REMOVAL_PAUSE)
     os._exit(1)
 
 
-def _pickled(answer: tuple[object, Exception | None]) -> bytes:
+def _pickle(answer: tuple[object, Exception | None]) -> bytes:
     try:
         return pickle.dumps(answer)
     except Exception as error:          # some exceptions of other libraries cannot be pickled

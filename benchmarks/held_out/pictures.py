@@ -8,8 +8,9 @@ import re
 
 import numpy as np
 
-from fitter.imaging.pictures import LIGHTS, lit_sphere, reflected, sphere
+from fitter.imaging.pictures import sphere
 from fitter.storage.files import replace_file
+from support.lamp_spheres import LAMPS, lamp_sphere, reflected_by_lamps
 
 from ..report.methods import METHODS
 from ..report.plots import pyplot, save
@@ -17,9 +18,9 @@ from .summary import OWN
 
 NAME = "held_out_spheres.png"
 _HEADLAMP = ((0.02, 0.0, 1.0), 0.5)         # a degree from the viewer, whom retro-reflection reaches
-TELLING = {"retro b, Cornell": (LIGHTS[0], _HEADLAMP)} | dict.fromkeys((
+TELLING = {"retro b, Cornell": (LAMPS[0], _HEADLAMP)} | dict.fromkeys((
     "interference b, Cornell", "brushed b, Cornell", "Cornell cayman", "Cornell garnet_red_RGB", "CURET 46 cotton",
-    "MERL color-changing-paint2, goniometer", "RGL net cc_green_malachite_rgb, goniometer"), LIGHTS)
+    "MERL color-changing-paint2, goniometer", "RGL net cc_green_malachite_rgb, goniometer"), LAMPS)
 SIZE = 112                  # pixels of a sphere
 _MIDDLE = 0.2               # radiance that half of the sphere is below
 _EXPOSURES = 0.02, 8.0
@@ -37,16 +38,14 @@ def write(found, models, out):
     reference, name = (truth, "truth") if truth else (METHODS[OWN](samples), f"{OWN}, all samples")
     shown = {name: reference, **({OWN: models[OWN]} if OWN in models else {}), **models}
     lights = exposed(reference, TELLING[found.name])
-    spheres = np.stack([lit_sphere(model, SIZE, lights) for model in shown.values()])
+    spheres = np.stack([lamp_sphere(model, SIZE, lights) for model in shown.values()])
     with replace_file(path(out, found.name)) as stream:
         np.savez_compressed(stream, names=list(shown), spheres=np.round(255 * spheres).astype(np.uint8))
 
 
 def exposed(reference, lights):
     """The lights, all made stronger or weaker, so that a sphere of the reference is neither black nor white."""
-    normal, _, _ = sphere(32)
-    radiance = sum(np.pi * strength * reflected(reference, normal, direction) for direction, strength in lights)
-    brightest = radiance.max(axis=1)
+    brightest = reflected_by_lamps(reference, sphere(32)[0], lights).max(axis=1)
     middle = np.median(brightest[brightest > 0]) if brightest.any() else _MIDDLE
     exposure = np.clip(_MIDDLE / middle, *_EXPOSURES)
     return tuple((direction, exposure * strength) for direction, strength in lights)

@@ -30,7 +30,7 @@ SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
 SHADER_VERSION = 10         # of the function that a baked shader computes
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
-_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_SHADER_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _BLANK = re.compile(r"^[ \t]*\n", re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
 _LARGEST = np.finfo(np.float32).max
@@ -41,7 +41,7 @@ _TANGENT_PARAMETERS = """\
                      float Rotation = 0.0 [[string help = "Turns the tangent about the normal; 1 is a whole turn"]],
 """
 _SOURCES = Path(__file__).parents[2] / "osl"
-_LINE = 1000                # numbers of a table
+_LINE_NUMBERS = 1000        # numbers of a table
 MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,000 in one array, and refuses 3,000,000
 
 
@@ -90,7 +90,7 @@ def _expand_includes(template: str, generated: dict[str, str]) -> str:
         included.add(name)
         return _INCLUDE.sub(include, (_SOURCES / name).read_text("utf-8"))
 
-    return _BLANK.sub("", _COMMENT.sub("", _INCLUDE.sub(include, template)))
+    return _BLANK.sub("", _SHADER_COMMENT.sub("", _INCLUDE.sub(include, template)))
 
 
 def mix_source() -> str:
@@ -281,5 +281,5 @@ def _array(name: str, table: NDArray[Any]) -> str:
                          f"level, or a compression that drops more")
     kind, form = ("int", "%d") if np.issubdtype(table.dtype, np.integer) else ("float", "%.9g")
     flat = table.ravel().tolist()
-    lines = [",".join([form] * len(flat[start:start + _LINE])) for start in range(0, len(flat), _LINE)]
+    lines = [",".join([form] * len(flat[start:start + _LINE_NUMBERS])) for start in range(0, len(flat), _LINE_NUMBERS)]
     return f"  {kind} {name}[{len(flat)}] = {{\n" + ",\n".join(lines) % tuple(flat) + "};\n"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..shader_constants import GRAZING
 
 OUTGOING_COUNT = 32                  # as many stops as a colour ramp has
-_RINGS, _SECTORS = 64, 24   # points: .1 degrees apart at the mirror direction, 5 far from it
+_DIRECTION_RINGS, _DIRECTION_SECTORS = 64, 24  # points: .1 degrees apart at the mirror direction, 5 far from it
 _GRAZING_LIMIT = np.radians(86)  # mirror direction about which the rings lie
 
 
@@ -47,7 +47,7 @@ def outgoing_angles(between: int = 0) -> NDArray[np.float64]:
 
 def grid(theta_o: float) -> IncidentDirections:
     """The incident directions at which a fit is evaluated, for an outgoing angle and azimuth 0."""
-    rings, sectors = _RINGS, _SECTORS
+    rings, sectors = _DIRECTION_RINGS, _DIRECTION_SECTORS
     mirror = min(theta_o, _GRAZING_LIMIT)
     farthest = np.pi / 2 + mirror
     edges = farthest * (np.arange(rings + 1) / rings) ** 2

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..arrays import unit_vectors
 from .direction_grid import IncidentDirections
 
-_RINGS, _SECTORS = 32, 24       # points
+_HALF_RINGS, _HALF_SECTORS = 32, 24  # points
 
 
 def grid(wo: NDArray[np.float64], stretch: float) -> IncidentDirections:
@@ -35,7 +35,7 @@ def grid(wo: NDArray[np.float64], stretch: float) -> IncidentDirections:
     The arrays have an axis of outgoing directions in front.
     """
     farthest = _largest_half_angle(float(wo[0, 2]), stretch)
-    points, turns = _RINGS, _SECTORS
+    points, turns = _HALF_RINGS, _HALF_SECTORS
     edges = farthest * (np.arange(points + 1) / points) ** 2
     ring = farthest * ((np.arange(points) + 0.5) / points) ** 2
     h, length = _half_vectors(ring, (np.arange(turns) + 0.5) / turns * 2 * np.pi, stretch)

@@ -9,7 +9,7 @@ from ..quality import verdict
 from .principled import fit_without_layers
 from .principled_bsdf import Principled
 
-_ACROSS = 32                # pixels of a sphere by which a surface is judged
+_SPHERE_PIXELS = 32         # pixels of a sphere by which a surface is judged
 
 
 def fit_metallic_roughness(fit: Reflectance) -> Principled:
@@ -45,8 +45,9 @@ def difference(fit: Reflectance, inputs: Principled, factor: ArrayLike = 1.0) ->
 
 
 def _sphere_picture(model: Reflectance) -> FloatArray:
-    """What the sphere shows at the middles of `_ACROSS` by `_ACROSS` pixels, as far as they are within it: (n, 3)."""
-    x, y = np.meshgrid(*(2 * [(2 * np.arange(_ACROSS) + 1) / _ACROSS - 1]))
+    """What the sphere shows at the middles of `_SPHERE_PIXELS` by `_SPHERE_PIXELS` pixels, as far as they are within
+    it: (n, 3)."""
+    x, y = np.meshgrid(*(2 * [(2 * np.arange(_SPHERE_PIXELS) + 1) / _SPHERE_PIXELS - 1]))
     flat = np.stack([x, y], axis=-1)[x ** 2 + y ** 2 < 1]
     shown = studio.on_sphere(model, np.column_stack([flat, np.sqrt(1 - (flat ** 2).sum(axis=1))]))
     return np.broadcast_to(shown, (len(flat), 3))

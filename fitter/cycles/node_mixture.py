@@ -33,10 +33,10 @@ from .selection import selection_probabilities
 if TYPE_CHECKING:
     from ..model.fit import Fit
 
-_ROUGHNESS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.38, 0.47, 0.57, 0.68, 0.8, 0.95)     # candidates for microfacet lobes
+_FACET_WIDTHS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.38, 0.47, 0.57, 0.68, 0.8, 0.95)   # candidates for microfacet lobes
 _TILTS = (-0.3, -0.12, 0.0, 0.15, 0.4, 1.0)
 _DIFFUSE_TILTS = (-0.6, 0.6, 0.9)                               # candidates for diffuse lobes beside the first
-_SHEEN = (0.15, 0.3, 0.6, 1.0)                                  # candidates for sheen
+_SHEEN_ROUGHNESSES = (0.15, 0.3, 0.6, 1.0)                      # candidates for sheen
 _TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of anisotropic fits
 _TURNED_TILTS = (0.0, 0.5)
 _ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
@@ -44,30 +44,30 @@ _WORTH = 0.006                  # of the light: a lobe that puts less of it righ
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
 _CHOICE_VIEWS = 12              # and at about how many angles
 _CHOICE_REWEIGHTINGS = 2        # of as few lobes as an engine has
-_ITERATIONS = 10                 # of the refinement, for each of two floors
+_REFINEMENTS = 10                # of the refinement, for each of two floors
 _SETTLED = 1e-3                 # of the error: a step that lowers it by less is the last
 _TRIES = 4                      # of a step
 _LONGEST = 0.3                  # step of a parameter
 _STIFFNESS = 0.1                # of the second differences of shapes
-_NARROWEST, _SHEEREST = 0.04, 0.05      # roughness of a facet and of sheen
+_LEAST_FACET_ROUGHNESS, _SHEEREST = 0.04, 0.05  # roughness of a facet and of sheen
 _MOST_TILTED = 1.0
-_LOWEST = 0.3                   # cosine of a tilted normal and the viewer, in that of the surface's
+_TILTED_COSINE = 0.3      # cosine of a tilted normal and the viewer, in that of the surface's
 _MOST_ANISOTROPIC = 0.78
 _THRIFTLESS = 0.02             # by which share those may be above it
-_FLOOR, _LAST_FLOOR = 0.1, 0.02         # absolute errors below this share of the mean radiance count as squared ones
+_ERROR_FLOOR, _LAST_FLOOR = 0.1, 0.02   # absolute errors below this share of the mean radiance count as squared ones
 _FIRMNESS = 10.0                # of the albedo's squared errors
 _THRIFT = 1.0                   # and of those of the weights of all closures, which are the denoiser's albedo
 _RIDGE = 1e-4                   # of the squared colours, in the squared target
 _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
-_TINY = 1e-30
-_DARKEST = 1e-12                # albedo, whose square is far from the least number of single precision
+_LEAST_DIVISOR = 1e-30
+_LEAST_ALBEDO = 1e-12           # albedo, whose square is far from the least number of single precision
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
-_ABOVE = 10.0                   # what is above the target counts as this many times as much that is below
+_OVERSHOOT_WEIGHT = 10.0        # what is above the target counts as this many times as much that is below
 _BELOW_REWEIGHTINGS = 20
 _PROBABILITY = 3.0              # of sampling the residual, per share of the light in it
 _PROBABILITIES = (0.2, 1.0)     # bounds of that probability
-_DIM = 0.1                      # share of the target that sampled directions are prepared to carry anywhere
+_PREPARED_SHARE = 0.1           # share of the target that sampled directions are prepared to carry anywhere
 
 
 _Lobe = tuple[Kind, float, float, float]       # kind, roughness, tilt and anisotropy
@@ -246,7 +246,7 @@ def _refine_mixture(views: OutgoingDirections, turn: float | None, engine: Engin
     colour = colour * _albedo_scales(views, stops.theta, everywhere, colour)
     radiance = _radiance(everywhere, _interpolate(stops.theta, views.theta, colour))
     found = views.reflected_light(radiance)
-    mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
+    mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _LEAST_DIVISOR)
     misplaced, shown = views.directional_error(radiance), views.theta <= LAST_SHOWN
     return NodeMixture(kinds, stops.theta, shape, colour, turn, None,
                        float(misplaced.mean()), float(misplaced[shown].max()),
@@ -263,10 +263,10 @@ def _sampling(every: OutgoingDirections, mixture: NodeMixture) -> Sampling:
     # the weights of all closures are the denoiser's albedo, of which a direction needs a part
     room = np.minimum((1 + _THRIFTLESS) * albedo, np.maximum(albedo, 1)) - LEAST_FOLLOWED * albedo
     weights = below.sum(axis=1).mean(axis=1)
-    below *= np.minimum(room / np.maximum(weights, _TINY), 1)[:, None, None]
+    below *= np.minimum(room / np.maximum(weights, _LEAST_DIVISOR), 1)[:, None, None]
     apart = views.target - _radiance(columns, below)
     left = np.maximum(apart, 0).sum(axis=1)
-    carried = left + np.float32(_DIM) * views.target.sum(axis=1)
+    carried = left + np.float32(_PREPARED_SHARE) * views.target.sum(axis=1)
     evenly = np.full_like(carried[:, None], 1 / (2 * np.pi))
     densities = np.moveaxis(_evaluate_lobes(node_lobes.pdf, views, kinds, shape), 0, 1)
     together = np.concatenate([densities, evenly], axis=1)
@@ -276,7 +276,7 @@ def _sampling(every: OutgoingDirections, mixture: NodeMixture) -> Sampling:
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.brightness
     apart = every.target - _radiance(everywhere, _interpolate(mixture.theta, every.theta, below))
     missing, above = (every.reflected_light(np.maximum(each, 0)).mean(axis=1) for each in (apart, -apart))
-    balance = 1 - _average_near_knots(above) / np.maximum(_average_near_knots(missing), _TINY)
+    balance = 1 - _average_near_knots(above) / np.maximum(_average_near_knots(missing), _LEAST_DIVISOR)
     return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES), albedo, missing[::2],
                     np.maximum(balance, 0))
 
@@ -288,18 +288,18 @@ def _average_near_knots(values: FloatArray) -> FloatArray:
 
 
 def _fit_lower_colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
-    """The colours of lobes of the least absolute error, above the target `_ABOVE` times as much, by reweighted least
-    squares: (views, lobes, phases, channels)."""
+    """The colours of lobes of the least absolute error, above the target `_OVERSHOOT_WEIGHT` times as much, by
+    reweighted least squares: (views, lobes, phases, channels)."""
     lobes = _Lobes.make(views, columns)
-    found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _FLOOR))
+    found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _ERROR_FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
-    albedo = np.maximum(views.albedo.mean(axis=1), _DARKEST)[..., None].astype(columns.dtype)
+    albedo = np.maximum(views.albedo.mean(axis=1), _LEAST_ALBEDO)[..., None].astype(columns.dtype)
     share, floor = solid_angle.reshape(len(columns), 1, -1) / albedo, np.float32(_LAST_FLOOR / np.pi) * albedo
     for _ in range(_BELOW_REWEIGHTINGS):
         weight = np.abs(found.residual)
         weight += floor
         np.divide(share, weight, out=weight)
-        weight[found.residual < 0] *= _ABOVE
+        weight[found.residual < 0] *= _OVERSHOOT_WEIGHT
         found = _solve(views, lobes, weight, found)
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
@@ -407,9 +407,9 @@ def _solve(views: OutgoingDirections, lobes: _Lobes, weight: RealArray, like: _S
     normal = lobes.normal(weight)
     weighted = weight * target
     right = np.swapaxes(lobes.columns @ np.swapaxes(weighted, 1, 2), 1, 2).astype(float)
-    albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _TINY)[:, None]
+    albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _LEAST_DIVISOR)[:, None]
     ridge = _RIDGE * np.einsum("vcr,vcr->vc", weighted, target) / albedo ** 2
-    normal += (ridge[..., None, None] + _TINY) * np.eye(count)
+    normal += (ridge[..., None, None] + _LEAST_DIVISOR) * np.eye(count)
     colour = nonnegative_least_squares(normal, right, None if like is None else np.swapaxes(like.colour, 1, 2) > 0)
     left = target - colour.astype(target.dtype) @ lobes.columns
     return _Solution(lobes, np.swapaxes(colour, 1, 2), left)
@@ -418,7 +418,7 @@ def _solve(views: OutgoingDirections, lobes: _Lobes, weight: RealArray, like: _S
 def _colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
     """The colours of the least absolute error, by reweighted least squares: (views, lobes, phases, channels)."""
     lobes = _Lobes.make(views, columns)
-    found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _FLOOR))
+    found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _ERROR_FLOOR))
     for _ in range(_REWEIGHTINGS):
         found = _solve(views, lobes, _absolute_error_weights(views, found.residual, _LAST_FLOOR), found)
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
@@ -426,13 +426,13 @@ def _colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
 
 def _candidates(engine: Engine, turned: bool) -> list[_Lobe]:
     """Lobes to choose from: kind, roughness, tilt, anisotropy."""
-    roughness, tilts = (_TURNED_ROUGHNESS, _TURNED_TILTS) if turned else (_ROUGHNESS, _TILTS)
+    roughness, tilts = (_TURNED_ROUGHNESS, _TURNED_TILTS) if turned else (_FACET_WIDTHS, _TILTS)
     anisotropies = _ANISOTROPIES if turned and engine.anisotropic else (0.0,)
     found: list[_Lobe] = [
         (kind, rough, tilt, anisotropy) for kind in FACETS if kind in engine.kinds
         for rough in roughness for tilt in tilts for anisotropy in anisotropies]
     if "sheen" in engine.kinds:
-        found += [("sheen", sigma, 0.0, 0.0) for sigma in _SHEEN]
+        found += [("sheen", sigma, 0.0, 0.0) for sigma in _SHEEN_ROUGHNESSES]
     if "diffuse" in engine.kinds:
         found += [("diffuse", 1.0, tilt, 0.0) for tilt in _DIFFUSE_TILTS]
     return [each for each in found if engine.normal_offsets[0] <= each[2] <= engine.normal_offsets[1]]
@@ -441,7 +441,7 @@ def _candidates(engine: Engine, turned: bool) -> list[_Lobe]:
 def _least_tilt(theta: FloatArray, engine: Engine) -> FloatArray:
     """The least tilt at polar angles, (views, 1): the viewer must see the normal of the lobe well."""
     cosine = np.cos(theta)
-    return np.maximum(engine.normal_offsets[0], -(1 - _LOWEST) * cosine / np.maximum(1 - cosine, 1e-9))[:, None]
+    return np.maximum(engine.normal_offsets[0], -(1 - _TILTED_COSINE) * cosine / np.maximum(1 - cosine, 1e-9))[:, None]
 
 
 def _shapes(lobes: Sequence[_Lobe], theta: FloatArray, engine: Engine) -> tuple[tuple[Kind, ...], Shape]:
@@ -460,19 +460,19 @@ def _choose(views: OutgoingDirections, engine: Engine, turned: bool) -> list[_Lo
     columns = flat.reshape(len(flat), len(kinds), -1, flat.shape[-1])
     # begin with all candidates
     chosen = np.arange(len(kinds))
-    weight = _absolute_error_weights(views, views.target_rows, _FLOOR)
+    weight = _absolute_error_weights(views, views.target_rows, _ERROR_FLOOR)
     best, error = chosen, np.inf
     found: _Solution | None = None
     while True:
         few = columns[:, chosen].reshape(len(flat), -1, flat.shape[-1])
         found = _solve(views, _Lobes(few, None), weight, found)
         lobes = len(chosen) - 1
-        weight = _absolute_error_weights(views, found.residual, _FLOOR / 2)
+        weight = _absolute_error_weights(views, found.residual, _ERROR_FLOOR / 2)
         # few enough: settle the weights, and keep the set unless one more lobe was worth its error
         if lobes <= engine.lobes:
             for _ in range(_CHOICE_REWEIGHTINGS):
                 found = _solve(views, found.lobes, weight, found)
-                weight = _absolute_error_weights(views, found.residual, _FLOOR / 2)
+                weight = _absolute_error_weights(views, found.residual, _ERROR_FLOOR / 2)
             now = _squared_error(weight, found) / len(views.theta)
             if lobes == engine.lobes or now <= error + _WORTH * (len(best) - len(chosen)):
                 best, error = chosen, now
@@ -495,7 +495,7 @@ def _error_growth(found: _Solution, weight: RealArray) -> FloatArray:
     colour = np.swapaxes(found.colour, 1, 2)
     used = colour > 0
     normal = np.where(used[..., :, None] & used[..., None, :], found.lobes.normal(weight), 0)
-    size = np.einsum("vckk->vck", normal) * _RIDGE + ~used + _TINY
+    size = np.einsum("vckk->vck", normal) * _RIDGE + ~used + _LEAST_DIVISOR
     inverse = np.linalg.inv(normal + size[..., None] * np.eye(size.shape[-1]))
     return np.asarray((colour ** 2 / np.einsum("vckk->vck", inverse)).sum(axis=(0, 1)))
 
@@ -514,7 +514,7 @@ class _Variables:
         rough = [number for number in numbers if kinds[number] != "diffuse"]
         self.places = ([(0, number) for number in rough] + [(1, number) for number in tilted]
                        + ([(2, number) for number in facets] if engine.anisotropic else []))
-        sheerest = np.where(np.array(kinds) == "sheen", _SHEEREST, _NARROWEST)
+        sheerest = np.where(np.array(kinds) == "sheen", _SHEEREST, _LEAST_FACET_ROUGHNESS)
         bend = -np.log(1 - _MOST_ANISOTROPIC)
         ones, least = np.ones((len(theta), len(kinds))), _least_tilt(theta, engine)
         self.lower = np.stack([ones * np.log(sheerest), ones * least, -bend * ones])
@@ -548,10 +548,10 @@ def _refine(views: OutgoingDirections, kinds: tuple[Kind, ...], shape: Shape, en
     bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
     bending = _STIFFNESS * bending.T @ bending
     found = _solve(views, _Lobes.make(views, _columns(views, kinds, shape)),
-                   _absolute_error_weights(views, views.target_rows, _FLOOR))
+                   _absolute_error_weights(views, views.target_rows, _ERROR_FLOOR))
     damping = 1e-2
-    for floor in progress.each((_FLOOR, _FLOOR / 3)):
-        for _ in range(_ITERATIONS):
+    for floor in progress.each((_ERROR_FLOOR, _ERROR_FLOOR / 3)):
+        for _ in range(_REFINEMENTS):
             weight = _absolute_error_weights(views, found.residual, floor)
             found = _solve(views, found.lobes, weight, found)
             before = _penalised_error(weight, found, bending, variables.flatten(now))
@@ -607,7 +607,7 @@ def _eliminate_colours(views: OutgoingDirections, kinds: tuple[Kind, ...], varia
     # eliminate the colours that are not 0: the Schur complement of their block
     free = (colour > 0).astype(float)
     inner = normal[..., :columns, :columns] * free[..., None] * free[..., None, :]
-    size = np.einsum("vcll->vc", inner)[..., None] / columns + _TINY
+    size = np.einsum("vcll->vc", inner)[..., None] / columns + _LEAST_DIVISOR
     inner += np.eye(columns) * (1e-9 * size + (1 - free) * size)[..., None]
     mixed = normal[..., :columns, columns:] * free[..., None]
     gone = np.linalg.solve(inner, mixed)
@@ -637,7 +637,7 @@ def _albedo_scales(views: OutgoingDirections, stops: FloatArray, columns: RealAr
     white = np.einsum("van,vlpan->valp", views.solid_angle, columns)
     reflected = np.einsum("vs,valp,slpc->vaspc", share, white, colour, optimize=True)
     albedo = views.albedo
-    mean = np.maximum(albedo.mean(axis=-1, keepdims=True), _TINY)
+    mean = np.maximum(albedo.mean(axis=-1, keepdims=True), _LEAST_DIVISOR)
     count, phases, channels = len(stops), colour.shape[2], colour.shape[3]
     scales = np.ones((count, 1, phases, channels))
     for channel in range(channels):

@@ -15,11 +15,11 @@ from .node_lobes import Pairs
 if TYPE_CHECKING:
     from ..model.fit import Fit
 
-_POLAR, _AZIMUTHS = 13, 9       # tabulated viewing directions of an anisotropic fit, over a turn; an odd number of
+_VIEW_POLAR, _VIEW_AZIMUTHS = 13, 9  # tabulated viewing directions of an anisotropic fit, over a turn; an odd number of
                                 # azimuths differ where half a turn changes nothing, too
 _DARKER, _DARKER_CHANNEL = 0.33, 0.5        # powers of the reciprocal radiance, and of that of a channel's albedo
-_FLOOR, _CHANNEL_FLOOR = 0.05, 0.03         # shares of the mean above which both are taken
-_DARK = 1e-12
+_MEAN_FLOOR, _CHANNEL_FLOOR = 0.05, 0.03    # shares of the mean above which both are taken
+_DARK_VALUE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class OutgoingDirections:
     @cached_property
     def brightness(self) -> FloatArray:
         """The mean over the azimuths of the sum over the channels of the albedo: (views,)."""
-        return np.maximum(self.albedo.mean(axis=1).sum(axis=-1), _DARK)
+        return np.maximum(self.albedo.mean(axis=1).sum(axis=-1), _DARK_VALUE)
 
     @cached_property
     def target_rows(self) -> RealArray:
@@ -118,8 +118,8 @@ def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> O
         to = IncidentDirections(*(np.stack(arrays)[:, None] for arrays in zip(*grids, strict=True)))
         phi_o, phases = np.zeros((1,)), np.ones((1, 1))
     else:
-        theta = GRAZING * (1 - np.linspace(1, 0, 2 * _POLAR - 1) ** 1.5)
-        phi_o = np.arange(_AZIMUTHS) * 2 * np.pi / _AZIMUTHS
+        theta = GRAZING * (1 - np.linspace(1, 0, 2 * _VIEW_POLAR - 1) ** 1.5)
+        phi_o = np.arange(_VIEW_AZIMUTHS) * 2 * np.pi / _VIEW_AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
         grids = [half_vector_grid.grid(unit_vectors(angle, phi_o), stretch) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays) for arrays in zip(*grids, strict=True)))
@@ -139,6 +139,6 @@ def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> O
 
 def _importance(target: RealArray, solid_angle: RealArray) -> RealArray:
     albedo = np.einsum("van,vcan->vc", solid_angle, target)[:, :, None, None] / target.shape[2]
-    mean = np.maximum(albedo.mean(axis=1, keepdims=True), _DARK)
-    in_the_dark = (mean / (np.pi * target + _FLOOR * mean)) ** _DARKER
+    mean = np.maximum(albedo.mean(axis=1, keepdims=True), _DARK_VALUE)
+    in_the_dark = (mean / (np.pi * target + _MEAN_FLOOR * mean)) ** _DARKER
     return np.asarray(in_the_dark * (mean / (albedo + _CHANNEL_FLOOR * mean)) ** _DARKER_CHANNEL)

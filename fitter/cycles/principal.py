@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from ..model.fit import Fit
 
-_RINGS, _SECTORS = 40, 64       # half vectors that are looked at, seen from the normal
-_WIDEST = np.radians(44)        # their largest angle from it
+_HIGHLIGHT_RINGS, _HIGHLIGHT_SECTORS = 40, 64  # half vectors that are looked at, seen from the normal
+_WIDEST_ANGLE = np.radians(44)  # their largest angle from it
 _LEVEL = 0.25                   # the outline of the highlight: of its height above the least reflectance
 _ROUND, _ROUND_THREADS = 0.1, 0.05      # smaller harmonics count as none
 _GENTLY = 0.15                  # power of the squared ratio of the highlight's length and width that is the stretch
@@ -38,12 +38,12 @@ def principal(fit: "Fit") -> Principal:
     quarter of its largest value. Where that region is as long along both axes, as on a cloth of two threads, the axes
     are those of its arms.
     """
-    angle = _WIDEST * ((np.arange(_RINGS) + 0.5) / _RINGS) ** 2
-    size = -np.diff(np.cos(_WIDEST * (np.arange(_RINGS + 1) / _RINGS) ** 2))
-    turn = (np.arange(_SECTORS) + 0.5) / _SECTORS * 2 * np.pi
+    angle = _WIDEST_ANGLE * ((np.arange(_HIGHLIGHT_RINGS) + 0.5) / _HIGHLIGHT_RINGS) ** 2
+    size = -np.diff(np.cos(_WIDEST_ANGLE * (np.arange(_HIGHLIGHT_RINGS + 1) / _HIGHLIGHT_RINGS) ** 2))
+    turn = (np.arange(_HIGHLIGHT_SECTORS) + 0.5) / _HIGHLIGHT_SECTORS * 2 * np.pi
     radiance = np.maximum(fit.evaluate(2 * angle[:, None], turn, 0.0, 0.0), 0).mean(axis=-1)
     radiance = radiance * np.cos(2 * angle)[:, None]
-    least = np.median(radiance[-_RINGS // 4:])
+    least = np.median(radiance[-_HIGHLIGHT_RINGS // 4:])
     highlight = size[:, None] * (radiance > least + _LEVEL * max(radiance.max() - least, 0.0))
     slope = np.tan(angle)[:, None] * np.exp(1j * turn)
     second = complex((highlight * slope ** 2).sum()) / max(float((highlight * np.abs(slope) ** 2).sum()), 1e-30)
@@ -59,7 +59,8 @@ def _thread_azimuth(radiance: NDArray[np.float64], size: NDArray[np.float64], sl
     From radiance over (rings, sectors) of half vectors, whose slopes are (rings, sectors) and solid angles (rings,).
     """
     outward = np.gradient(radiance, np.abs(slope[:, 0]), axis=0)
-    around = (np.roll(radiance, -1, axis=1) - np.roll(radiance, 1, axis=1)) * _SECTORS / (4 * np.pi) / np.abs(slope)
+    difference = np.roll(radiance, -1, axis=1) - np.roll(radiance, 1, axis=1)
+    around = difference * _HIGHLIGHT_SECTORS / (4 * np.pi) / np.abs(slope)
     gradient = slope / np.abs(slope) * (outward + 1j * around)
     steep = size[:, None] * np.abs(gradient)
     fourth = complex((steep * np.exp(4j * np.angle(gradient))).sum()) / max(float(steep.sum()), 1e-30)

@@ -12,22 +12,22 @@ from ..model import Reflectance, is_isotropic
 from .principled_bsdf import SHEEN_ROUGHNESS, Angles, Principled, angles
 
 _GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))        # azimuths that are multiples of it are spread evenly
-_VIEWS, _HALF, _AROUND = 8, 14, 6               # viewing angles, half angles and azimuths of half vectors
-_TURNS = 6                  # azimuths over which an anisotropic fit is averaged
-_HORIZON = 0.02             # cosine of the least elevation of the light
+_VIEWS, _HALF_ANGLES, _HALF_AZIMUTHS = 8, 14, 6  # viewing angles, half angles and azimuths of half vectors
+_AVERAGED_AZIMUTHS = 6      # azimuths over which an anisotropic fit is averaged
+_HORIZON_COSINE = 0.02      # cosine of the least elevation of the light
 _LAMP = np.radians(2)       # half angles that are smaller count less: lamps and pixels blur them
-_DARK = 0.02                # of the mean reflected radiance: errors of the cube root count less below
+_DARK_SHARE = 0.02          # of the mean reflected radiance: errors of the cube root count less below
 _ALBEDO_WEIGHT = 2.0        # of errors of the albedo, over those of the reflectance
-_STARTS = np.geomspace(0.05, 1, 12)             # roughnesses from which a search may start,
-_LEVELS = 0.5, 0.1, 1.0     # specular levels,
+_START_ROUGHNESSES = np.geomspace(0.05, 1, 12)  # roughnesses from which a search may start,
+_SPECULAR_LEVELS = 0.5, 0.1, 1.0  # specular levels,
 _SEARCHES = 2               # and from how many it goes on
 _FIRST_STEPS = 3
 _AS_GOOD = 1.01             # an error this much larger is
-_STEPS = 14
-_DIFFERENCE = 1e-3          # of a difference quotient
+_DESCENT_STEPS = 14
+_QUOTIENT_STEP = 1e-3       # of a difference quotient
 _ENOUGH = 1e-3              # a step that makes the error smaller by less than this share is the last
 _FAR = np.radians(45)       # half angles, from which what is reflected is not a highlight,
-_STEEP = np.radians(60)     # of viewing angles, and of the light's, up to this
+_STEEP_ANGLE = np.radians(60)  # of viewing angles, and of the light's, up to this
 _METAL_SHARE = 0.5          # a metal reflects at least this share of the light in a highlight,
 _METAL_ALBEDO = 0.07        # and this share of all light; most dielectrics reflect 0.04
 _METAL_LOSS = 1.5           # a metal whose error is larger by this than a dielectric's is none
@@ -39,10 +39,10 @@ _INPUTS = (("base_color", 3, 0.0, 1.0), ("roughness", 1, 0.04, 1.0), ("metallic"
            ("specular_level", 1, 0.0, 1.0),
            ("sheen_tint", 3, 0.0, 1.0), ("sheen_roughness", 1, *SHEEN_ROUGHNESS),
            ("coat_weight", 1, 0.0, 1.0), ("coat_roughness", 1, 0.04, 0.6))
-_METAL = ("base_color", "roughness")
-_DIELECTRIC = (*_METAL, "specular_level")
-_MAPS = (*_METAL, "metallic")
-_SHEEN = ("sheen_tint", "sheen_roughness")
+_METAL_INPUTS = ("base_color", "roughness")
+_DIELECTRIC_INPUTS = (*_METAL_INPUTS, "specular_level")
+_MAPS = (*_METAL_INPUTS, "metallic")
+_SHEEN_INPUTS = ("sheen_tint", "sheen_roughness")
 _COAT = ("coat_weight", "coat_roughness")
 
 
@@ -141,10 +141,10 @@ def principled(fit: Reflectance) -> Principled:
     ([0.8, 0.8, 0.8], 0.0, 0.0, 0.0)
     """
     target = _target(fit)
-    plain = _fit_plain(0.0, _DIELECTRIC, target)
-    best = _best_search([_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC, target)])
+    plain = _fit_plain(0.0, _DIELECTRIC_INPUTS, target)
+    best = _best_search([_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC_INPUTS, target)])
     if target.metallic:
-        metal = _add_coat(_fit_plain(1.0, _METAL, target), _METAL, target)
+        metal = _add_coat(_fit_plain(1.0, _METAL_INPUTS, target), _METAL_INPUTS, target)
         best = metal if metal.error < _METAL_LOSS * best.error else best
     closest = best.inputs
     # without a highlight any roughness is as good; others than Blender may show one
@@ -156,21 +156,21 @@ def fit_without_layers(fit: Reflectance) -> tuple[Principled, ...]:
     """The closest Principled BSDFs without sheen and coat, of base colour and roughness alone: a dielectric of an index
     of refraction of 1.5, a metal, and what is between both."""
     target = _target(fit)
-    dielectric, metal = (_fit_plain(metallic, _METAL, target).inputs for metallic in (0.0, 1.0))
+    dielectric, metal = (_fit_plain(metallic, _METAL_INPUTS, target).inputs for metallic in (0.0, 1.0))
     return dielectric, metal, _search_starts([dielectric, metal], _MAPS, target).inputs
 
 
 def _points() -> _DirectionPairs:
     sin2 = (np.arange(_VIEWS) + 0.5) / _VIEWS
-    even = (np.arange(_HALF) + 0.5) / _HALF
-    azimuth = (np.arange(_AROUND) + 0.5) / _AROUND * np.pi
+    even = (np.arange(_HALF_ANGLES) + 0.5) / _HALF_ANGLES
+    azimuth = (np.arange(_HALF_AZIMUTHS) + 0.5) / _HALF_AZIMUTHS * np.pi
     view, spread, phi_h = (grid.ravel() for grid in np.meshgrid(np.arange(_VIEWS), even, azimuth, indexing="ij"))
     sin_o, cos_o = np.sqrt(sin2[view]), np.sqrt(1 - sin2[view])
     theta_h = np.pi / 2 * spread ** 2
     h = np.stack([np.sin(theta_h) * np.cos(phi_h), np.sin(theta_h) * np.sin(phi_h), np.cos(theta_h)])
     cos_d = h[0] * sin_o + h[2] * cos_o
     x, y, z = 2 * cos_d * h - np.stack([sin_o, 0 * sin_o, cos_o])
-    above = (z > _HORIZON) & (cos_d > 0)
+    above = (z > _HORIZON_COSINE) & (cos_d > 0)
     # solid angle of the light: 4 cos(theta_d) times that of the half vector
     solid_angle = z * cos_d * np.sin(theta_h) * spread
     share = np.where(view == np.arange(_VIEWS)[:, None], solid_angle, 0)[:, above]
@@ -188,8 +188,8 @@ def _target(fit: Reflectance) -> _Target:
         values = np.maximum(fit.evaluate(points.theta_i, 0 * points.phi, points.theta_o, points.phi), 0)
     else:
         number = np.arange(len(points.phi))
-        phi_i = number * _GOLDEN_ANGLE + np.arange(_TURNS)[:, None] * 2 * np.pi / _TURNS
-        turned = np.where((number + np.arange(_TURNS)[:, None]) % 2, points.phi, -points.phi)
+        phi_i = number * _GOLDEN_ANGLE + np.arange(_AVERAGED_AZIMUTHS)[:, None] * 2 * np.pi / _AVERAGED_AZIMUTHS
+        turned = np.where((number + np.arange(_AVERAGED_AZIMUTHS)[:, None]) % 2, points.phi, -points.phi)
         values = np.maximum(fit.evaluate(points.theta_i, phi_i, points.theta_o, phi_i + turned), 0).mean(axis=0)
     values = np.array(np.broadcast_to(values, (len(points.phi), 3)))
     cosine = at.cos_i[:, None]
@@ -202,8 +202,8 @@ def _target(fit: Reflectance) -> _Target:
 
 def _looks_metallic(values: FloatArray, points: _DirectionPairs) -> bool:
     """Whether most of the light, and more than a dielectric's surface can reflect, is reflected in a highlight."""
-    far = (points.theta_h > _FAR) & (np.maximum(points.theta_i, points.theta_o) < _STEEP)
-    steep = points.share[np.sqrt((np.arange(_VIEWS) + 0.5) / _VIEWS) < np.sin(_STEEP)]
+    far = (points.theta_h > _FAR) & (np.maximum(points.theta_i, points.theta_o) < _STEEP_ANGLE)
+    steep = points.share[np.sqrt((np.arange(_VIEWS) + 0.5) / _VIEWS) < np.sin(_STEEP_ANGLE)]
     reflected = float((steep @ values).mean())
     highlight = reflected - np.pi * float(np.median(values[far], axis=0).mean())
     return highlight > max(_METAL_ALBEDO, _METAL_SHARE * reflected)
@@ -212,7 +212,7 @@ def _looks_metallic(values: FloatArray, points: _DirectionPairs) -> bool:
 def _perceptual_values(values: FloatArray, target: _Target) -> FloatArray:
     """Cube roots of reflected radiance and of albedo, (n + views, 3), weighted so that they can be subtracted."""
     radiance, reflected = values * target.cosine, target.share @ values / np.pi
-    return np.asarray(np.cbrt(np.concatenate([radiance, reflected]) / target.mean + _DARK) * target.root_weight)
+    return np.asarray(np.cbrt(np.concatenate([radiance, reflected]) / target.mean + _DARK_SHARE) * target.root_weight)
 
 
 def _residuals(inputs: Principled, target: _Target) -> FloatArray:
@@ -233,8 +233,8 @@ class _Candidate(NamedTuple):
 def _fit_plain(metallic: float, names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF without sheen and coat, from the best of many starts."""
     color = np.clip(target.albedo, 0.02, 0.98)
-    starts = [Principled(color, roughness, metallic, level) for roughness in _STARTS
-              for level in (_LEVELS if "specular_level" in names else _LEVELS[:1])]
+    starts = [Principled(color, roughness, metallic, level) for roughness in _START_ROUGHNESSES
+              for level in (_SPECULAR_LEVELS if "specular_level" in names else _SPECULAR_LEVELS[:1])]
     starts.sort(key=lambda start: _error(start, target))
     return _search_starts(starts[:2 * _SEARCHES], names, target)
 
@@ -243,7 +243,7 @@ def _add_sheen(plain: _Candidate, target: _Target) -> _Candidate:
     """A BSDF with sheen, if that is clearly closer, or the one without."""
     tint = np.full(3, 0.1)
     starts = [replace(plain.inputs, sheen_tint=tint, sheen_roughness=roughness) for roughness in (0.3, 0.6)]
-    return _clearly_closer(plain, _search_starts(starts, (*_DIELECTRIC, *_SHEEN), target))
+    return _clearly_closer(plain, _search_starts(starts, (*_DIELECTRIC_INPUTS, *_SHEEN_INPUTS), target))
 
 
 def _add_coat(plain: _Candidate, names: tuple[str, ...], target: _Target) -> _Candidate:
@@ -265,7 +265,7 @@ def _clearly_closer(plain: _Candidate, layered: _Candidate) -> _Candidate:
 def _search_starts(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF near several starts: a few steps from each, and more from where the best of them end."""
     near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=lambda found: found.error)
-    return _best_search([_search(found.inputs, names, target, _STEPS) for found in near[:_SEARCHES]])
+    return _best_search([_search(found.inputs, names, target, _DESCENT_STEPS) for found in near[:_SEARCHES]])
 
 
 def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: int) -> _Candidate:
@@ -284,7 +284,7 @@ def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: i
         return float(residuals @ residuals), residuals
 
     def linearise(x: FloatArray, residuals: FloatArray) -> Callable[[float], FloatArray]:
-        away = np.where(x + _DIFFERENCE > upper, -_DIFFERENCE, _DIFFERENCE)
+        away = np.where(x + _QUOTIENT_STEP > upper, -_QUOTIENT_STEP, _QUOTIENT_STEP)
         slopes = np.stack([(_residuals(inputs(x + step), target) - residuals) for step in np.diag(away)], axis=1) / away
         normal, right = slopes.T @ slopes, slopes.T @ residuals
         # an input at a bound that it would cross stays there

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import RealArray
 
-_ITERATIONS = 30                # of the shares, which then change by less than a percent
+_SELECTION_ITERATIONS = 30      # of the shares, which then change by less than a percent
 _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
@@ -32,7 +32,7 @@ def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angl
     """
     squared = magnitude ** 2 * solid_angle
     found = np.full(density.shape[:-1], 1 / density.shape[-2])
-    for _ in range(_ITERATIONS):
+    for _ in range(_SELECTION_ITERATIONS):
         together = np.maximum((found[..., None, :] @ density)[..., 0, :], 1e-9)
         found = found * np.sqrt((density @ (squared / together ** 2)[..., None])[..., 0])
         found = np.maximum(found / np.maximum(found.sum(axis=-1, keepdims=True), 1e-12), _LEAST_SHARE)

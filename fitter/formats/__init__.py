@@ -36,8 +36,8 @@ from . import (
     zemax,
 )
 from .format import Format
-from .gamut import converted
-from .reading import OPTIONS, Reading, one_of
+from .gamut import convert_samples
+from .reading import OPTIONS, Reading, check_choice
 from .text import is_plain, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
@@ -91,29 +91,29 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
     ('Blue paint', ('R', 'G', 'B'), [[0.1, 0.2, 0.6]])
     """
     reading = Reading(**options)
-    one_of("colours", colours, COLOURS)
+    check_choice("colours", colours, COLOURS)
     if (name := published.parse_virtual_path(path)) is not None:
         _no_sample(path, sample)
         samples = published.load_published(name)
         if reading.isotropic is not None:
             samples = isotropy.as_asked(samples, reading.isotropic)
-        return converted(_note_unused_options(reading, (), "published fits", samples), colours)
-    known, content = _recognised(path, reading.columns)
+        return convert_samples(_note_unused_options(reading, (), "published fits", samples), colours)
+    known, content = _recognise(path, reading.columns)
     chosen: dict[str, Any] = {"reading": reading} if known.options else {}
     if known.list_samples is not None:
         chosen["sample"] = sample
     else:
         _no_sample(path, sample)
-    with _errors_of(path):
+    with _raise_dataset_errors(path):
         samples = known.read(path, content, **chosen)
     _check_content(samples, path)
     if reading.isotropic is not None and "isotropic" not in known.options:
         samples = isotropy.as_asked(samples, reading.isotropic)
     if reading.isotropic is None:
-        samples = isotropy.mirrored(samples)
+        samples = isotropy.note_sides(samples)
     samples = replace(samples, name=printable(samples.name), notes=tuple(map(printable, samples.notes)),
                       channels=tuple(map(printable, samples.channels)))
-    return converted(_note_unused_options(reading, known.options, f"{known.name} files", samples), colours)
+    return convert_samples(_note_unused_options(reading, known.options, f"{known.name} files", samples), colours)
 
 
 def _check_content(samples: Samples, path: str | Path) -> None:
@@ -150,7 +150,7 @@ def is_there(path: str | Path) -> bool:
     return False
 
 
-def choices_of(path: str | Path) -> frozenset[str]:
+def open_choices(path: str | Path) -> frozenset[str]:
     """What a file may leave open, by its extension: fields of `Reading`, and "sample"; all of it for another extension.
 
     Examples
@@ -170,8 +170,8 @@ def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int
     if (name := published.parse_virtual_path(path)) is not None:
         published.find(name)
         return []
-    known, content = _recognised(path, columns)
-    with _errors_of(path):
+    known, content = _recognise(path, columns)
+    with _raise_dataset_errors(path):
         listed = [] if known.list_samples is None else known.list_samples(path, content)
     return [(number, printable(name)) for number, name in listed]
 
@@ -181,7 +181,7 @@ def preview(path: str | Path) -> tuple[list[str] | None, list[list[str]]]:
 
     Raises DatasetError if the file cannot be read, or has no rows.
     """
-    with _errors_of(path):
+    with _raise_dataset_errors(path):
         found = table_layout.preview(plain_text(read_bytes(path, table.FORMAT.largest), path))
     if found is None:
         raise DatasetError("no rows of numbers found", path)
@@ -193,7 +193,7 @@ def is_recognised(path: str | Path, columns: str | None = None) -> bool:
     if published.parse_virtual_path(path) is not None:
         return is_there(path)
     try:
-        _recognised(path, columns)
+        _recognise(path, columns)
     except DatasetError:
         return False
     return True
@@ -204,30 +204,34 @@ def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
     return any(known.read_with is not None and known.read_with(path) in files for known in FORMATS)
 
 
+def list_files(path: str | Path) -> list[Path]:
+    """A file of measurements, and those that `load` reads with it."""
+    path = Path(path)
+    known = next((known for known in FORMATS if known.files_of and path.suffix.lower() in known.extensions), None)
+    others = [] if known is None or known.files_of is None else [each for each in known.files_of(path) if each != path]
+    return [path, *others]
+
+
 def time_and_size(path: str | Path) -> tuple[int, int] | None:
     """Tells measurements from former ones in the same file: `files.time_and_size` of it and of all that `load` reads
     with it, the latest time and the sum of their bytes. None if it is not there.
     """
-    path = Path(path)
-    known = next((known for known in FORMATS if known.files_of and path.suffix.lower() in known.extensions), None)
-    others = [] if known is None or known.files_of is None else [each for each in known.files_of(path) if each != path]
-    own = files.time_and_size(path)
-    stamps = [own, *map(files.time_and_size, others)]
-    times, sizes = zip(*filter(None, stamps), strict=True) if own else ((), ())
+    own, *others = map(files.time_and_size, list_files(path))
+    times, sizes = zip(*filter(None, (own, *others)), strict=True) if own else ((), ())
     return (max(times), sum(sizes)) if own else None
 
 
-def _recognised(path: str | Path, columns: str | None = None) -> tuple[Format, bytes]:
+def _recognise(path: str | Path, columns: str | None = None) -> tuple[Format, bytes]:
     """The format of a file, and its content in the form that the format's functions take.
 
     Of a text whose columns are named by a user, only a distinctive mark says that it is no table.
     """
     content = read_bytes(path, max(known.largest for known in FORMATS))
-    with _errors_of(path):
-        return _format_of(path, content, columns)
+    with _raise_dataset_errors(path):
+        return _find_format(path, content, columns)
 
 
-def _format_of(path: str | Path, content: bytes, columns: str | None) -> tuple[Format, bytes]:
+def _find_format(path: str | Path, content: bytes, columns: str | None) -> tuple[Format, bytes]:
     known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
     if known is None:
         largest = max(known.largest for known in FORMATS if known.is_text)
@@ -237,14 +241,14 @@ def _format_of(path: str | Path, content: bytes, columns: str | None) -> tuple[F
         if known is None and columns and table_layout.find(text, columns) is not None:
             known = table.FORMAT
         if known is None:
-            raise _unknown(path, content, text, largest, columns)
+            raise _unknown_format(path, content, text, largest, columns)
         content = text
     if len(content) > known.largest:
         raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
     return known, content
 
 
-def _unknown(path: str | Path, content: bytes, text: bytes, largest: int, columns: str | None) -> DatasetError:
+def _unknown_format(path: str | Path, content: bytes, text: bytes, largest: int, columns: str | None) -> DatasetError:
     """What to say of a file in no known format."""
     if (what := foreign.describe(content)) is not None:
         return DatasetError(what, path)
@@ -259,7 +263,7 @@ def _unknown(path: str | Path, content: bytes, text: bytes, largest: int, column
 
 
 @contextmanager
-def _errors_of(path: str | Path) -> Iterator[None]:
+def _raise_dataset_errors(path: str | Path) -> Iterator[None]:
     """Make whatever a reader raises an error of its file: the work on other files goes on. What NumPy would warn of is
     found by the checks of what was read."""
     try:

@@ -34,7 +34,7 @@ from ..arrays import FloatArray, map_directions
 from ..errors import DatasetError
 from ..samples import Samples
 from . import unmeasured
-from .columns import angle, angles_note, look_like_degrees, reflectance, without_cosine
+from .columns import angle, angles_note, look_like_degrees, reflectance, to_brdf
 from .format import Format
 from .isotropy import finished
 from .names import ANGLES
@@ -63,23 +63,19 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     in_degrees = reading.angles == "degrees" if reading.angles else (
         columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles)))
 
-    def line_of(row: int) -> int:
+    def find_line(row: int) -> int:
         return nth_line(content, columns.start, row)
 
-    check_thetas(angles[:, [0, 2]], line_of, path, in_degrees)
-    check_azimuths(angles[:, [1, 3]], line_of, path)
+    check_thetas(angles[:, [0, 2]], find_line, path, in_degrees)
+    check_azimuths(angles[:, [1, 3]], find_line, path)
     directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
     notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
-    quantity = QUANTITIES[reading.quantity or "brdf"]
-    if quantity.cosine:
-        directions, values, note = without_cosine(directions, values, quantity.cosine, path, columns.line)
-        notes.append(f"{note}, as asked")
-    if quantity.scale != 1:
-        values = values * quantity.scale
-        notes.append(f"Multiplied by {quantity.scale:.4g}, as asked")
+    directions, values, of_quantity = to_brdf(directions, values, QUANTITIES[reading.quantity or "brdf"],
+                                              ", as asked" if reading.quantity else "", path, columns.line)
     channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
-    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more))
+    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path),
+                      (*notes, *of_quantity, *more))
     return finished(unmeasured.remove_unmeasured(samples, reading), reading)
 
 

@@ -18,13 +18,13 @@ from ..samples import Samples
 from .format import Format
 
 _PAIRS = {b"scattering", b"absorption"}, {b"albedo", b"path"}
-_LINES = 200                # among which the first row is looked for
+_LINES_LOOKED_AT = 200      # among which the first row is looked for
 _Row = tuple[int, dict[str, str]]       # its line, and cells by column
 
 
 def recognises(content: bytes) -> bool:
     """Whether the first row names either pair of columns."""
-    first = next((line for line in content.splitlines()[:_LINES] if line.strip() and line[:1] != b"#"), b"")
+    first = next((line for line in content.splitlines()[:_LINES_LOOKED_AT] if line.strip() and line[:1] != b"#"), b"")
     return any(pair <= {name.strip() for name in first.split(b",")} for pair in _PAIRS)
 
 

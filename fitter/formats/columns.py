@@ -10,13 +10,13 @@ from ..arrays import FloatArray
 from ..errors import ColumnsUnknownError, DatasetError
 from ..samples import RGB
 from .names import ANGLES, parse, role
-from .reading import Reading
+from .reading import Quantity, Reading
 from .spectra import SPAN, to_linear_srgb
 
-GREY = ("brdf", "fr", "f_r", "grey", "gray")
-_LAMPS = (580, 700), (500, 580), (400, 500)         # nm, of red, green and blue
+GREY_NAMES = ("brdf", "fr", "f_r", "grey", "gray")
+_LAMP_BANDS = (580, 700), (500, 580), (400, 500)    # nm, of red, green and blue
 _LEAST_COSINE = 1e-3            # values that have a smaller cosine in them are left out
-_BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
+_WAVELENGTH_CELL = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
 
 
 def angle(name: str) -> tuple[str, str | None]:
@@ -45,69 +45,44 @@ def angles_note(in_degrees: bool, said: str | None, reading: Reading) -> str:
     return f"Angles in {unit}, as asked{against}"
 
 
-def without_cosine(directions: FloatArray, values: FloatArray, cosine: str, path: str | Path,
-                   line: int) -> tuple[FloatArray, FloatArray, str]:
-    """Divide values by the cosine that is in them; those at the horizon, which hold nothing, are left out.
+def to_brdf(directions: FloatArray, values: FloatArray, quantity: Quantity, asked: str, path: str | Path,
+            line: int) -> tuple[FloatArray, FloatArray, list[str]]:
+    """The BRDF by values of a quantity: directions, (n, 4) radians as in `ANGLES`, values, (n, channels), and notes.
 
-    Raises DatasetError if no row is left.
-
-    Parameters
-    ----------
-    directions : (n, 4) float64
-        As in `ANGLES`, radians.
-    values : (n, channels) float64
-    cosine : str
-        "i" or "s": whose cosine.
-    path, line
-        Where the names are from, for the error.
-
-    Returns
-    -------
-    directions, values
-        Of the rows that are left.
-    note : str
+    Values at the horizon hold nothing where a cosine is in them, and are left out. Raises DatasetError if no row is
+    left. `asked` is what notes end with where a user chose the quantity, else empty; path and line are those of the
+    names, for the error.
     """
-    factor = np.cos(directions[:, ANGLES.index(f"theta_{cosine}")])
-    grazing = factor < _LEAST_COSINE
-    directions, values, factor = directions[~grazing], values[~grazing], factor[~grazing]
-    if not len(values):
+    notes = [f"Multiplied by {quantity.scale:.4g}{asked}"] if asked and quantity.scale != 1 else []
+    if not quantity.cosine:
+        return directions, values * quantity.scale, notes or ["Values are the BRDF" + asked] * bool(asked)
+    factor = np.cos(directions[:, ANGLES.index(f"theta_{quantity.cosine}")])
+    kept = factor >= _LEAST_COSINE
+    if not kept.any():
         raise DatasetError("all values are at the horizon, where their cosine is 0", path, line)
-    without = f"; {np.count_nonzero(grazing):,} at the horizon are left out" if grazing.any() else ""
-    return (directions, values / factor[:, None],
-            f"Divided by the cosine of theta_{'i' if cosine == 'i' else 'o'}{without}")
+    without = "" if kept.all() else f"; {np.count_nonzero(~kept):,} at the horizon are left out"
+    notes.append(f"Divided by the cosine of theta_{'i' if quantity.cosine == 'i' else 'o'}{without}{asked}")
+    return directions[kept], values[kept] * quantity.scale / factor[kept, None], notes
 
 
 def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line: int,
                 reading: Reading) -> tuple[tuple[str, ...], FloatArray, tuple[str, ...]]:
-    """The channels, and the values converted to them; spectra become linear sRGB.
+    """The channels, values converted to them, (n, channels), and notes; spectra become linear sRGB.
 
-    Raises DatasetError if the names are anything else.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the columns: R, G and B in any order; wavelengths; or one of `GREY`.
-    values : (n, columns) float64
-    path, line
-        Where the names are from, for the error.
-
-    Returns
-    -------
-    channels : tuple of str
-    values : (n, channels) float64
-    notes : tuple of str
+    `names` are those of the columns of `values`, (n, columns): R, G and B in any order; wavelengths; or one of `GREY`.
+    Raises DatasetError, with the path and line of the names, if they are anything else.
     """
     upper = [name.upper() for name in names]
     if sorted(upper) == sorted(RGB):
         return RGB, values[:, [upper.index(channel) for channel in RGB]], ()
     bands = wavelengths(names)
-    if len(names) == 1 and (bands is not None or names[0].lower() in GREY):
+    if len(names) == 1 and (bands is not None or names[0].lower() in GREY_NAMES):
         return ("grey",), values, ()
     if bands is None:
         shown = ",".join(names[:4]) + "..." * (len(names) > 4)
         raise ColumnsUnknownError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF",
                                   path, line)
-    lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMPS]
+    lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMP_BANDS]
     if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
         return RGB, values[:, np.concatenate(lamps)], ()
     return RGB, to_linear_srgb(bands, values, path, line, reading.illuminant), reading.notes
@@ -115,5 +90,5 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
 
 def wavelengths(names: Sequence[str]) -> FloatArray | None:
     """Wavelengths in nm, or None if the names are anything else."""
-    matches = [match for name in names if (match := _BAND.fullmatch(name))]
+    matches = [match for name in names if (match := _WAVELENGTH_CELL.fullmatch(name))]
     return np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None

@@ -31,7 +31,7 @@ _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
 
 def recognises(content: bytes) -> bool:
     """Whether the file begins with the header of MATLAB 5."""
-    return content.startswith(mat5.MAGIC)
+    return content.startswith(mat5.MAT_MAGIC)
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
@@ -44,7 +44,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if missing:
         raise DatasetError(f"no array {', '.join(missing)}; expected {', '.join(_ARRAYS)}", path)
     wavelength = arrays["wavelength"].ravel()
-    fr = _oriented(arrays["fr"], len(wavelength), "fr", path)
+    fr = _orient(arrays["fr"], len(wavelength), "fr", path)
     theta_i, phi_i = _angles(arrays["dir_in"], len(fr), "dir_in", path)
     theta_o, phi_o = _angles(arrays["dir_out"], len(fr), "dir_out", path)
     if not np.isfinite(fr).all():
@@ -54,7 +54,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     return Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, Path(path).stem, str(path), reading.notes)
 
 
-def _oriented(array: FloatArray, columns: int, name: str, path: str | Path) -> FloatArray:
+def _orient(array: FloatArray, columns: int, name: str, path: str | Path) -> FloatArray:
     """A matrix with the given number of columns, transposed if necessary."""
     if array.ndim == 2 and array.shape[1] == columns:
         return array
@@ -65,7 +65,7 @@ def _oriented(array: FloatArray, columns: int, name: str, path: str | Path) -> F
 
 def _angles(vectors: FloatArray, count: int, name: str, path: str | Path) -> tuple[FloatArray, FloatArray]:
     """The polar angles and azimuths of vectors, radians: (count,) each."""
-    vectors = _oriented(vectors, 3, name, path)
+    vectors = _orient(vectors, 3, name, path)
     if len(vectors) != count:
         raise DatasetError(f"{name} has {len(vectors)} vectors, expected {count} as in fr", path)
     length = np.linalg.norm(vectors, axis=1)

@@ -28,7 +28,7 @@ from .format import Format
 from .text import line_number, lines, parse_number, parse_row, plain_text, read_bytes
 
 GEOMETRIES = 205
-NAMES = (
+SAMPLE_NAMES = (
     "felt", "polyester", "terrycloth", "rough plastic", "leather", "sandpaper", "velvet", "pebbles", "frosted glass",
     "plaster a", "plaster b", "rough paper", "artificial grass", "roof shingle", "aluminum foil", "cork", "rough tile",
     "rug a", "rug b", "styrofoam", "sponge", "lambswool", "lettuce leaf", "rabbit fur", "quarry tile", "loofa",
@@ -37,7 +37,7 @@ NAMES = (
     "human skin", "straw", "brick b", "corduroy", "salt crystals", "linen", "concrete a", "cotton", "stones",
     "brown bread", "concrete b", "concrete c", "corn husk", "white bread", "plant", "wood a", "orange peel", "wood b",
     "peacock feather", "tree bark", "cracker a", "cracker b", "moss")
-_ROW = f"a sample number and {GEOMETRIES} values"
+_EXPECTED = f"a sample number and {GEOMETRIES} values"
 _NUMBER = re.compile(rb"([0-9]{1,9})(?!\S)")
 
 
@@ -55,7 +55,7 @@ def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
 
 def sample_name(number: int) -> str:
     """The name of a CURET sample, 1 to 61."""
-    return NAMES[number - 1]
+    return SAMPLE_NAMES[number - 1]
 
 
 def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
@@ -80,10 +80,10 @@ def read(path: str | Path, content: bytes, sample: str | int | None = None) -> S
             columns.append(_values(member, text, member_rows[number]))
     theta_v, phi_v, theta_i, phi_i = geometry().T
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path),
-                   saturated=_overflowed(path, number))
+                   saturated=_read_overflow(path, number))
 
 
-def _overflowed(path: Path, number: int) -> BoolArray | None:
+def _read_overflow(path: Path, number: int) -> BoolArray | None:
     """Which measurements of a sample overflowed the camera in any channel: (205,); None if no file beside says it."""
     overflowed: BoolArray | None = None
     for letter in RGB:
@@ -123,9 +123,9 @@ def _rows(path: str | Path, content: bytes) -> dict[int, int]:
     rows: dict[int, int] = {}
     for line in lines(content):
         number = _NUMBER.match(line[0])
-        if number is None or not 1 <= int(number[1]) <= len(NAMES):
-            raise DatasetError(f"the line must start with a sample number from 1 to {len(NAMES)}: {_ROW}", path,
-                               line_number(content, line.start()))
+        if number is None or not 1 <= int(number[1]) <= len(SAMPLE_NAMES):
+            raise DatasetError(f"the line must start with a sample number from 1 to {len(SAMPLE_NAMES)}: {_EXPECTED}",
+                               path, line_number(content, line.start()))
         first = rows.setdefault(int(number[1]), line.start())
         if first != line.start():
             raise DatasetError(f"sample {int(number[1])} a second time, first on line {line_number(content, first)}",
@@ -135,7 +135,7 @@ def _rows(path: str | Path, content: bytes) -> dict[int, int]:
 
 def _values(path: str | Path, content: bytes, position: int) -> list[float]:
     """The values of the sample whose line starts at a position."""
-    return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _ROW, path, content, position)[1:]
+    return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, content, position)[1:]
 
 
 def _sample_number(sample: str | int | None, rows: dict[int, int], path: str | Path) -> int:

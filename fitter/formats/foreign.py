@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from . import merl, utia
 
-_BEGINNING = 4096           # bytes in which a mark is looked for
+_MARK_BYTES = 4096          # bytes in which a mark is looked for
 _AS_TABLE = "write its reflectance as a table with column names (see the manual, A table of your own)"
 
 
@@ -24,7 +24,7 @@ def _begins(mark: bytes, what: str, advice: str, anywhere: bool = False) -> _Kin
 
 
 # in the order in which they are looked for
-_KINDS = (
+_FOREIGN_KINDS = (
     _begins(rb"\x89HDF\r\n\x1a\n", "an HDF5 file, as X-Rite's AxF and MATLAB's newer files are",
             "of AxF, the layout is not public: " + _AS_TABLE + " with the program that made it"),
     _begins(rb"OPTIS\b", "a surface file of Ansys Speos, of which the anisotropic BSDF is read (.anisotropicbsdf, as "
@@ -89,10 +89,10 @@ def describe(content: bytes) -> str | None:
     >>> describe(b"%PDF-1.7 ...").split(";")[0], describe(b"anything")
     ('a PDF document', None)
     """
-    beginning = content[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
+    beginning = content[:_MARK_BYTES].removeprefix(b"\xef\xbb\xbf")
     if beginning.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         return "text in UTF-32; save it as UTF-8"
-    for kind in _KINDS:
+    for kind in _FOREIGN_KINDS:
         if kind.mark.match(beginning):
             return f"{kind.what}; {kind.advice}"
     if len(content) == utia.SIZE and b"\0" in content:

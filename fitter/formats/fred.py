@@ -38,7 +38,7 @@ from .text import check_azimuths, check_thetas, decode, floats, line_number, lin
 
 _TYPE = re.compile(rb"\s*type[ \t]+bsdf_data\b[^\r\n]*", re.IGNORECASE)
 _SETTING = re.compile(rb"(\w+)[ \t]*=[ \t]*([^\s=]+)")
-_UNITS = {"deg": np.pi / 180, "rad": 1.0}
+_FRED_UNITS = {"deg": np.pi / 180, "rad": 1.0}
 _LARGEST_LOGARITHM = 30.0
 _LARGEST = 8 << 20          # bytes: half a million directions
 
@@ -52,14 +52,14 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     """Read a FRED file. Raises DatasetError if it is malformed."""
     start, settings = _settings(path, content)
     table, at = _rows(path, content, start)
-    angles = table[:, :4] * (_UNITS[settings["angles"]])
+    angles = table[:, :4] * (_FRED_UNITS[settings["angles"]])
     signed = np.abs(angles[:, [0, 2]])
 
-    def line_of(row: int) -> int:
+    def row_line(row: int) -> int:
         return line_number(content, at[row])
 
-    check_thetas(np.degrees(signed), line_of, path, in_degrees=True)
-    check_azimuths(table[:, [1, 3]], line_of, path)
+    check_thetas(np.degrees(signed), row_line, path, in_degrees=True)
+    check_azimuths(table[:, [1, 3]], row_line, path)
     theta_i, theta_o = signed.T
     # where the light is: opposite to where it is mirrored to; a negative polar angle is on the other side
     phi_i = angles[:, 1] + np.pi * (angles[:, 0] < 0)
@@ -88,7 +88,7 @@ def _settings(path: str | Path, content: bytes) -> tuple[int, dict[str, str]]:
     number = line_number(content, line.start())
     said = {decode(key).lower(): decode(value).lower() for key, value in _SETTING.findall(line[0])}
     settings = {"angles": "deg", "bsdf": "value", "scale": "1"} | said
-    if settings["angles"] not in _UNITS:
+    if settings["angles"] not in _FRED_UNITS:
         raise DatasetError(f"angles={settings['angles'][:20]} found, expected deg or rad: direction cosines are not "
                            "read", path, number)
     if settings["bsdf"] not in ("value", "log"):

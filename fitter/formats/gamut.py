@@ -8,7 +8,7 @@ from ..colours import DEFAULT_COLOURS, conversion, luminance
 from ..samples import RGB, Samples, freeze_new_arrays
 
 
-def converted(samples: Samples, colours: str) -> Samples:
+def convert_samples(samples: Samples, colours: str) -> Samples:
     """Samples in linear Rec.709 as those of another of `colours.COLOURS`, with notes. Grey ones stay as they are.
 
     A colour outside of a space has a channel below 0 there. It stays so: a wider space holds it.

@@ -15,14 +15,14 @@ from ..arrays import FloatArray
 
 DEFAULT = "D65"
 ILLUMINANTS = (DEFAULT, "D50", "A", "E")
-_DATA = Path(__file__).parent / "data"
+_ILLUMINANT_DATA = Path(__file__).parent / "data"
 _D50 = 5000 * 1.4388 / 1.4380       # K: the nominal temperature, by today's second radiation constant
 
 
 @cache
 def cie() -> FloatArray:
     """Wavelength in nm, x-bar, y-bar, z-bar and D65: (rows, 5)."""
-    return np.loadtxt(_DATA / "cie_1931_d65.csv", delimiter=",", comments="#", skiprows=3)
+    return np.loadtxt(_ILLUMINANT_DATA / "cie_1931_d65.csv", delimiter=",", comments="#", skiprows=3)
 
 
 def power(name: str) -> FloatArray:
@@ -66,5 +66,5 @@ def _daylight(wavelength: FloatArray, temperature: float) -> FloatArray:
     divisor = 0.0241 + 0.2562 * x - 0.7341 * y
     first = round((-1.3515 - 1.7703 * x + 5.9114 * y) / divisor, 3)
     second = round((0.0300 - 31.4424 * x + 30.0717 * y) / divisor, 3)
-    table = np.loadtxt(_DATA / "cie_daylight.csv", delimiter=",", comments="#", skiprows=3).T
+    table = np.loadtxt(_ILLUMINANT_DATA / "cie_daylight.csv", delimiter=",", comments="#", skiprows=3).T
     return np.interp(wavelength, table[0], table[1] + first * table[2] + second * table[3])

@@ -23,16 +23,16 @@ from .reading import Reading
 FEWEST_ROTATIONS = 3        # at which a material can be seen to be anisotropic
 _EFFECT = 0.015             # a BRDF that rotation changes by 4.5 %
 _CRITERIA = (4.0, _EFFECT), (2.5, 0.08)     # standard errors and effect: of a large effect there is less doubt
-_CLEAR = 0.15               # the effect where too few samples have neighbours to tell noise: 45 %
+_LEAST_EFFECT = 0.15       # the effect where too few samples have neighbours to tell noise: 45 %
 _REPEATED = 3.0             # or, where repeated measurements tell the noise, as many times that
 _FEWEST = 30                # neighbours, or pairs, whose mean product tells
-_ALIKE = 1e-3               # radians between polar angles, and azimuths, that agree
+_AGREEING = 1e-3        # radians between polar angles, and azimuths, that agree
 _NEIGHBOURS = np.radians(25)        # between outgoing directions that are neighbours, at most
-_TURNED = np.radians(35)    # between rotations that are, likewise
-_LINE = np.radians(10)      # of directions that are sought for neighbours together
+_TURNED_APART = np.radians(35)  # between rotations that are, likewise
+_LINE_ANGLE = np.radians(10)  # of directions that are sought for neighbours together
 _RING, _MOST_RINGS = 100, 12        # scattered samples whose half vectors are about as steep, at least; and such rings
 _HARMONICS = 1, 2, 4        # of a tilted surface, of a brushed one, of a weave
-_OWN = 0.8                  # of the harmonics' squares, what no polynomial explains: less where paths are few
+_OWN_SHARE = 0.8            # of the harmonics' squares, what no polynomial explains: less where paths are few
 _SURE_OF_HARMONICS = 8.0    # standard errors: what they leave is not only noise
 _MOST = 200_000             # samples that are compared
 _TURN = 2 * np.pi
@@ -49,7 +49,7 @@ def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Sam
     said : str
         The symmetry that the file says, one of `samples.SYMMETRIES`.
     """
-    samples = decided(samples, reading.isotropic)
+    samples = decide_isotropy(samples, reading.isotropic)
     symmetry = said if reading.symmetry is None else reading.symmetry
     if not samples.isotropic or symmetry == NO_SYMMETRY:
         return apply_symmetry(samples, symmetry)
@@ -57,7 +57,7 @@ def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Sam
     return replace(samples, notes=(*samples.notes, note))
 
 
-def decided(samples: Samples, isotropic: bool | None = None) -> Samples:
+def decide_isotropy(samples: Samples, isotropic: bool | None = None) -> Samples:
     """Samples that say whether they are isotropic: as asked, or as their values tell; with a note of it.
 
     Those at one rotation, of which nothing can be told, stay as they are.
@@ -71,14 +71,14 @@ def decided(samples: Samples, isotropic: bool | None = None) -> Samples:
         return as_asked(samples, isotropic)
     if not np.ptp(samples.phi_i):
         return samples
-    evidence = _compared(samples)
+    evidence = _compare_rotations(samples)
     if evidence.isotropic and evidence.note:
         return replace(samples, notes=(*samples.notes, evidence.note))
     return samples if evidence.isotropic else replace(samples, isotropic=False, notes=(
         *samples.notes, rotations_note(samples.theta_i, samples.phi_i)))
 
 
-def mirrored(samples: Samples) -> Samples:
+def note_sides(samples: Samples) -> Samples:
     """Samples with a note where those of an isotropic material differ on both sides of the plane of incidence.
 
     An isotropic fit is the same on both: of a tape that returns light to one side only it is the mean.
@@ -87,18 +87,20 @@ def mirrored(samples: Samples) -> Samples:
         return samples
     apart = np.mod(_azimuth_difference(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
-    beside = (apart > _ALIKE) & (apart < np.pi - _ALIKE)
+    beside = (apart > _AGREEING) & (apart < np.pi - _AGREEING)
     if len({*side[beside].tolist()}) < 2:
         return samples
     chosen = np.flatnonzero(beside)
     chosen = chosen[_some(subset(samples, chosen), apart[chosen])]
     y = _size(samples)[chosen]
-    cell = _numbered([_rounded(angle[chosen]) for angle in (samples.theta_i, samples.theta_o, apart)])
+    cell = _number_combinations([_whole_steps(angle[chosen]) for angle in (samples.theta_i, samples.theta_o, apart)])
     count, total = (np.stack([np.bincount(cell[each], weights, cell.max() + 1) for each, weights in (
         (at, None if of is None else of[at]) for at in (side[chosen], ~side[chosen]))]) for of in (None, y))
     both = count.min(axis=0) > 0
     mean = total[:, both] / count[:, both]
-    if mean.shape[1] < _FEWEST or np.mean((mean[0] - mean[1]) ** 2) <= _CLEAR ** 2 * np.mean((mean[0] + mean[1]) ** 2):
+    is_one_sided = mean.shape[1] >= _FEWEST and (
+        np.mean((mean[0] - mean[1]) ** 2) > _LEAST_EFFECT ** 2 * np.mean((mean[0] + mean[1]) ** 2))
+    if not is_one_sided:
         return samples
     return replace(samples, notes=(*samples.notes, ONE_SIDED))
 
@@ -126,7 +128,7 @@ class _Isotropy:
     note: str = ""
 
 
-def _compared(samples: Samples) -> _Isotropy:
+def _compare_rotations(samples: Samples) -> _Isotropy:
     """What samples at several rotations tell."""
     apart = np.mod(_azimuth_difference(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
@@ -134,21 +136,21 @@ def _compared(samples: Samples) -> _Isotropy:
     y = _size(samples)[chosen]
     points = _Points(samples.theta_i[chosen], samples.theta_o[chosen], apart[chosen], side[chosen],
                      np.mod(samples.phi_i[chosen], _TURN))
-    rotation = _rounded(points.rotation) % int(np.rint(_TURN / _ALIKE))
-    cell = _numbered([_rounded(points.theta_i), _rounded(points.theta_o), _rounded(points.apart)])
-    shared = _at_several(cell, rotation)
+    rotation = _whole_steps(points.rotation) % int(np.rint(_TURN / _AGREEING))
+    cell = _number_combinations([_whole_steps(angle) for angle in (points.theta_i, points.theta_o, points.apart)])
+    shared = _is_at_several(cell, rotation)
     if 10 * np.count_nonzero(shared) < len(y):
-        return _scattered(subset(samples, chosen), y)
-    count = len(np.unique(rotation[shared & (points.theta_i > _ALIKE)]))
+        return _fit_harmonics(subset(samples, chosen), y)
+    count = len(np.unique(rotation[shared & (points.theta_i > _AGREEING)]))
     if count < FEWEST_ROTATIONS:
         return _Isotropy(True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else "")
     r = (y - (np.bincount(cell, y) / np.bincount(cell))[cell])[shared]
     points = points.only(shared)
     size = float(np.sqrt(np.mean(y[shared] ** 2)))
-    tests = [_alike(r, pairs) for pairs in (_in_direction(points), _in_rotation(points, cell[shared]))]
+    tests = [_alike(r, pairs) for pairs in (_direction_neighbours(points), _rotation_neighbours(points, cell[shared]))]
     if sum(count for count, _, _ in tests) < _FEWEST:
         noise = None if samples.deviation is None else (y * samples.deviation[chosen] / 3)[shared]
-        least = _CLEAR * size if noise is None else max(_EFFECT * size, _REPEATED * np.sqrt(np.mean(noise ** 2)))
+        least = _LEAST_EFFECT * size if noise is None else max(_EFFECT * size, _REPEATED * np.sqrt(np.mean(noise ** 2)))
         differs = np.sqrt(np.mean(r ** 2)) > least
     else:
         differs = any(mean > sure * error and mean > (effect * size) ** 2 for _, mean, error in tests
@@ -187,12 +189,12 @@ def _size(samples: Samples) -> FloatArray:
     return np.cbrt(samples.values.mean(axis=1) * np.cos(samples.theta_i) * np.cos(samples.theta_o))
 
 
-def _rounded(angle: FloatArray, step: float = _ALIKE) -> IntArray:
+def _whole_steps(angle: FloatArray, step: float = _AGREEING) -> IntArray:
     """Angles as whole steps; what is printed in round numbers is not at the edge of one."""
     return np.floor(angle / step + 0.37).astype(np.int64)
 
 
-def _numbered(keys: list[IntArray]) -> IntArray:
+def _number_combinations(keys: list[IntArray]) -> IntArray:
     """0, 1, 2 ... for each different combination of small numbers that are not negative: (n,)."""
     packed = np.zeros(len(keys[0]), np.int64)
     for key in keys:
@@ -204,11 +206,12 @@ def _some(samples: Samples, apart: FloatArray) -> BoolArray | slice:
     """Of very many samples those of some patches of directions, at all rotations."""
     if len(samples) <= _MOST:
         return slice(None)
-    patch = (_rounded(samples.theta_i, np.radians(1)) * 1009 + _rounded(apart, _LINE)) * 2654435761 % (1 << 32)
+    patch = _whole_steps(samples.theta_i, np.radians(1)) * 1009 + _whole_steps(apart, _LINE_ANGLE)
+    patch = patch * 2654435761 % (1 << 32)
     return np.asarray(patch <= max((1 << 32) * (_MOST / len(samples)), float(patch.min())))
 
 
-def _at_several(cell: IntArray, rotation: IntArray) -> BoolArray:
+def _is_at_several(cell: IntArray, rotation: IntArray) -> BoolArray:
     """Which samples share their cell with one of another rotation."""
     order = np.lexsort((rotation, cell))
     new = np.ones(len(order), bool)
@@ -216,27 +219,27 @@ def _at_several(cell: IntArray, rotation: IntArray) -> BoolArray:
     return np.asarray(np.bincount(cell[order[new]])[cell] > 1)
 
 
-def _in_direction(points: _Points) -> tuple[IntArray, IntArray]:
+def _direction_neighbours(points: _Points) -> tuple[IntArray, IntArray]:
     """Pairs of samples at one rotation whose outgoing directions are neighbours."""
-    line = [_rounded(points.rotation), points.side.astype(np.int64), _rounded(points.theta_i)]
+    line = [_whole_steps(points.rotation), points.side.astype(np.int64), _whole_steps(points.theta_i)]
     pairs = []
     for across, along in ((points.apart, points.theta_o), (points.theta_o, points.apart)):
-        order = np.lexsort((along, _rounded(across, _LINE), *line))
+        order = np.lexsort((along, _whole_steps(across, _LINE_ANGLE), *line))
         a, b = order[:-1], order[1:]
         same = np.all([key[a] == key[b] for key in line], axis=0)
         cosine = (np.cos(points.theta_o[a]) * np.cos(points.theta_o[b])
                   + np.sin(points.theta_o[a]) * np.sin(points.theta_o[b]) * np.cos(points.apart[a] - points.apart[b]))
-        near = same & (cosine > np.cos(_NEIGHBOURS)) & (cosine < np.cos(2 * _ALIKE))
+        near = same & (cosine > np.cos(_NEIGHBOURS)) & (cosine < np.cos(2 * _AGREEING))
         pairs.append((a[near], b[near]))
     return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
 
 
-def _in_rotation(points: _Points, cell: IntArray) -> tuple[IntArray, IntArray]:
+def _rotation_neighbours(points: _Points, cell: IntArray) -> tuple[IntArray, IntArray]:
     """Pairs of samples in one cell whose rotations are neighbours."""
     order = np.lexsort((points.rotation, points.side, cell))
     a, b = order[:-1], order[1:]
     turn = points.rotation[b] - points.rotation[a]
-    near = (cell[a] == cell[b]) & (points.side[a] == points.side[b]) & (turn > 2 * _ALIKE) & (turn < _TURNED)
+    near = (cell[a] == cell[b]) & (points.side[a] == points.side[b]) & (turn > 2 * _AGREEING) & (turn < _TURNED_APART)
     return a[near], b[near]
 
 
@@ -248,7 +251,7 @@ def _alike(r: FloatArray, pairs: tuple[IntArray, IntArray]) -> tuple[int, float,
     return len(products), float(products.mean()), float(products.std() / np.sqrt(len(products) / 2))
 
 
-def _scattered(samples: Samples, y: FloatArray) -> _Isotropy:
+def _fit_harmonics(samples: Samples, y: FloatArray) -> _Isotropy:
     """What samples tell of which hardly any agree: whether y follows the azimuth of the half vector.
 
     In rings of half vectors, a quadratic polynomial of the coordinates of an isotropic material is fitted to y, and
@@ -271,7 +274,7 @@ def _scattered(samples: Samples, y: FloatArray) -> _Isotropy:
         noise = after / (len(ring) - smooth.shape[1] - turning.shape[1])
         explained += before - after - 2 * len(_HARMONICS) * noise
         error += 4 * len(_HARMONICS) * noise ** 2       # of chi squared, the variance
-    if own < _OWN:
+    if own < _OWN_SHARE:
         return few
     differs = explained > max(_SURE_OF_HARMONICS * np.sqrt(error), _EFFECT ** 2 * np.sum(y ** 2))
     return _Isotropy(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")

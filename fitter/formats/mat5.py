@@ -15,13 +15,13 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError
 
-MAGIC = b"MATLAB 5.0 MAT-file"
-_HEADER = 128
-_MATRIX, _COMPRESSED = 14, 15
-_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+MAT_MAGIC = b"MATLAB 5.0 MAT-file"
+_MAT_HEADER = 128
+_MATRIX_TYPE, _COMPRESSED_TYPE = 14, 15
+_MAT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _NUMERIC = range(6, 16)     # mxDOUBLE_CLASS to mxUINT64_CLASS
 _COMPLEX = 0x800
-_PARTS = 6, 5, 1            # a matrix begins with flags (uint32), dimensions (int32) and name (int8)
+_MATRIX_PARTS = 6, 5, 1     # a matrix begins with flags (uint32), dimensions (int32) and name (int8)
 _GROWTH, _FREE = 3, 1 << 20     # most bytes inflated: times the file's size, plus; measured data deflate to about half
 
 
@@ -48,12 +48,12 @@ def _arrays(content: bytes, names: Collection[str]) -> dict[str, FloatArray]:
         raise ValueError("no mark of the byte order")
     allowance = _GROWTH * len(content) + _FREE
     arrays: dict[str, FloatArray] = {}
-    for kind, data in _elements(memoryview(content)[_HEADER:], order):
-        if kind == _COMPRESSED:
+    for kind, data in _elements(memoryview(content)[_MAT_HEADER:], order):
+        if kind == _COMPRESSED_TYPE:
             inflated = _inflate(data, allowance)
             allowance -= len(inflated)
             kind, data = next(_elements(memoryview(inflated), order))
-        if kind == _MATRIX:
+        if kind == _MATRIX_TYPE:
             name, array = _matrix(data, order, names, allowance)
             if array is not None:
                 allowance -= array.nbytes
@@ -70,7 +70,7 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
         if kind >> 16:                          # small element: one word has type and size, the next the data
             kind, size, start, end = kind & 0xFFFF, kind >> 16, at - 4, at
         else:
-            start, end = at, at + size if kind == _COMPRESSED else at + -(-size // 8) * 8
+            start, end = at, at + size if kind == _COMPRESSED_TYPE else at + -(-size // 8) * 8
         if size > len(data) - start:
             raise ValueError("it ends early")
         yield kind, data[start:start + size]
@@ -90,17 +90,17 @@ def _matrix(data: memoryview, order: str, names: Collection[str], allowance: int
     parts = _elements(data, order)
     missing = 0, memoryview(b"")
     kinds, (flags, dimensions, name_bytes) = zip(*(next(parts, missing) for _ in range(3)), strict=True)
-    if kinds != _PARTS:
+    if kinds != _MATRIX_PARTS:
         raise ValueError("a matrix without flags, dimensions and name")
     name = bytes(name_bytes).decode("latin-1")
     if name not in names:
         return name, None
     flag, = struct.unpack_from(order + "I", flags)
     kind, real_part = next(parts, missing)
-    if flag & 0xFF not in _NUMERIC or flag & _COMPLEX or kind not in _TYPES:
+    if flag & 0xFF not in _NUMERIC or flag & _COMPLEX or kind not in _MAT_TYPES:
         raise ValueError(f"{name} is not a plain array of real numbers")
     shape = np.frombuffer(dimensions, order + "i4").tolist()
-    values = np.frombuffer(real_part, order + _TYPES[kind])
+    values = np.frombuffer(real_part, order + _MAT_TYPES[kind])
     if 8 * values.size > allowance:
         raise ValueError(f"{name} holds more numbers than a file of this size should")
     if len(shape) < 2 or min(shape) < 0 or np.prod(shape, dtype=object) != values.size:

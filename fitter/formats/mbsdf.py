@@ -29,16 +29,16 @@ from . import unmeasured
 from .format import Format
 from .reading import BY_DEFAULT, Reading
 
-MAGIC = b"NVIDIA ARC MBSDF V"
+MBSDF_MAGIC = b"NVIDIA ARC MBSDF V"
 _BLOCKS = b"\nMBSDF_DATA=\n", b"\nMBSDF_DATA_REFLECTION=\n"
 _TRANSMISSION = b"MBSDF_DATA_TRANSMISSION=\n"
-_HEADER = struct.Struct("<3I")
+_MBSDF_HEADER = struct.Struct("<3I")
 _LARGEST = 32 << 20
 
 
 def recognises(content: bytes) -> bool:
     """Whether the file begins with NVIDIA's mark."""
-    return content.startswith(MAGIC)
+    return content.startswith(MBSDF_MAGIC)
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
@@ -51,14 +51,14 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         what = "transmitted light only" if _TRANSMISSION in content else "no line MBSDF_DATA= or MBSDF_DATA_REFLECTION="
         raise DatasetError(f"{what}, expected reflection", path)
     start = min(starts)
-    if len(content) < start + _HEADER.size:
+    if len(content) < start + _MBSDF_HEADER.size:
         raise DatasetError("it ends before the table", path)
-    kind, thetas, phis = _HEADER.unpack_from(content, start)
+    kind, thetas, phis = _MBSDF_HEADER.unpack_from(content, start)
     if kind not in (0, 1) or thetas < 2 or phis < 2:
         raise DatasetError(f"type {kind}, {thetas} x {thetas} x {phis} values found, expected type 0 or 1 and at least "
                            f"2 values along each axis", path)
     shape = thetas, thetas, phis, 3 if kind else 1
-    start += _HEADER.size
+    start += _MBSDF_HEADER.size
     end = start + 4 * math.prod(shape)
     if end > len(content) or (end < len(content) and not content.startswith(_TRANSMISSION, end)):
         raise DatasetError(f"{len(content) - start:,} bytes of values found, expected {end - start:,} for "

@@ -31,13 +31,13 @@ from ..errors import DatasetError
 from ..samples import HORIZON, RGB, Samples, freeze_new_arrays
 from .format import Format
 
-CELLS = 90, 90, 180
+MERL_CELLS = 90, 90, 180
 SCALE = np.array([1.0, 1.15, 1.66]) / 1500
 _NOTE = "Multiplied by MERL's scale, 1/1500 of red, 1.15/1500 of green, 1.66/1500 of blue"
-_HEADER = 12
-_LOWEST = 1e-12             # cosine below which a direction is on the horizon, but for rounding
-_TYPES = {8: "<f8", 4: "<f4", 2: "<f2"}
-_LARGEST = _HEADER + 3 * 8 * math.prod(CELLS)
+_HEADER_BYTES = 12
+_MERL_HORIZON = 1e-12       # cosine below which a direction is on the horizon, but for rounding
+_MERL_TYPES = {8: "<f8", 4: "<f4", 2: "<f2"}
+_LARGEST = _HEADER_BYTES + 3 * 8 * math.prod(MERL_CELLS)
 
 
 def recognises(content: bytes) -> bool:
@@ -51,12 +51,12 @@ def read(path: str | Path, content: bytes) -> Samples:
     if not _is_merl(cells):
         raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them", path)
     numbers = 3 * math.prod(cells)
-    size, rest = divmod(len(content) - _HEADER, numbers)
-    if rest or size not in _TYPES:
-        sizes = ", ".join(f"{_HEADER + numbers * size:,} (float{8 * size})" for size in _TYPES)
+    size, rest = divmod(len(content) - _HEADER_BYTES, numbers)
+    if rest or size not in _MERL_TYPES:
+        sizes = ", ".join(f"{_HEADER_BYTES + numbers * size:,} (float{8 * size})" for size in _MERL_TYPES)
         raise DatasetError(f"{len(content):,} bytes found for {' x '.join(map(str, cells))} cells of three channels, "
                            f"expected {sizes}", path)
-    planes = np.frombuffer(content, _TYPES[size], offset=_HEADER).reshape(3, *cells)
+    planes = np.frombuffer(content, _MERL_TYPES[size], offset=_HEADER_BYTES).reshape(3, *cells)
     if not all(np.isfinite(part).all() for part in np.moveaxis(planes, 1, 0)):
         raise DatasetError("holds numbers that are not finite", path)
     measured = [(planes[:, i] >= 0).all(axis=0) & _cells_above_horizon(i, cells) for i in range(cells[0])]
@@ -79,26 +79,26 @@ def other_layout(content: bytes) -> str | None:
     """What to say of a file in MERL's layout whose numbers of cells are others, as a part of a message."""
     cells = _cells(content, "<")
     if min(cells, default=0) < 1 or _is_merl(cells) or not any(
-            len(content) - _HEADER == 3 * math.prod(cells) * size for size in _TYPES):
+            len(content) - _HEADER_BYTES == 3 * math.prod(cells) * size for size in _MERL_TYPES):
         return None
     return (f"MERL's layout with {' x '.join(map(str, cells))} cells of theta_h, theta_d and phi_d; expected n x n x "
-            f"2n, as in MERL's files of {' x '.join(map(str, CELLS))}: phi_d over half a turn, for the other half is "
-            "the same by reciprocity. Write that half alone")
+            f"2n, as in MERL's files of {' x '.join(map(str, MERL_CELLS))}: phi_d over half a turn, for the other half "
+            "is the same by reciprocity. Write that half alone")
 
 
 def _cells(content: bytes, order: str) -> tuple[int, ...]:
     """The numbers of cells; `order` is "<" or ">", the byte order."""
-    return struct.unpack_from(order + "3i", content) if len(content) >= _HEADER else ()
+    return struct.unpack_from(order + "3i", content) if len(content) >= _HEADER_BYTES else ()
 
 
 def _is_merl(cells: tuple[int, ...]) -> bool:
-    return len(cells) == 3 and 2 <= cells[0] <= CELLS[0] and cells[1] == cells[0] and cells[2] == 2 * cells[0]
+    return len(cells) == 3 and 2 <= cells[0] <= MERL_CELLS[0] and cells[1] == cells[0] and cells[2] == 2 * cells[0]
 
 
 def _cells_above_horizon(i: int, cells: tuple[int, ...]) -> BoolArray:
     """Whether both directions of each cell of a theta_h are above the horizon: (n_d, n_p)."""
     theta_h, theta_d, phi_d = _edges(i, cells)
-    return np.cos(theta_d) * np.cos(theta_h) > _LOWEST + np.abs(np.sin(theta_d) * np.cos(phi_d) * np.sin(theta_h))
+    return np.cos(theta_d) * np.cos(theta_h) > _MERL_HORIZON + np.abs(np.sin(theta_d) * np.cos(phi_d) * np.sin(theta_h))
 
 
 def _directions(i: int, which: BoolArray) -> Directions:

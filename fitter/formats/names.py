@@ -28,12 +28,13 @@ _UNITS = {
     **dict.fromkeys(("um", "micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres"), "um"),
     **dict.fromkeys(("", "-", "1", "unitless", "dimensionless", "none"), "")}
 _BRACKETED = re.compile(r"(.*?)[\s_,;]*[\[(]([^\[\]()]{0,24})[\])]")
-_SUFFIX = re.compile(r"(.*?)(?:[\s_,;/-]+(?:in\s+)?(deg|degs|degrees?|rads?|radians?|%|percent|1/sr|sr\^?-1|per sr|nm|"
-                     r"um)|(?<=.)(\u00b0|%))")
+_UNIT_AFTER = re.compile(r"(.*?)(?:[\s_,;/-]+(?:in\s+)?(deg|degs|degrees?|rads?|radians?|%|percent|1/sr|sr\^?-1|per sr|"
+                         r"nm|um)|(?<=.)(\u00b0|%))")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
-_WORD = re.compile(r"[a-z]+|\d+(?:\.\d+)?")
+_WORD_PATTERN = re.compile(r"[a-z]+|\d+(?:\.\d+)?")
 _JOINED = re.compile(r"(d|delta)?(theta|zenith|polar|phi|azimuth(?:al)?)([a-z]*)")
-_POLAR, _AZIMUTH = frozenset({"theta", "zenith", "polar"}), frozenset({"phi", "azimuth", "azimuthal", "az", "azi"})
+_POLAR_WORDS = frozenset({"theta", "zenith", "polar"})
+_AZIMUTH_WORDS = frozenset({"phi", "azimuth", "azimuthal", "az", "azi"})
 _INCIDENT = frozenset({"i", "in", "inc", "incident", "incidence", "incoming", "illumination", "illuminating",
                        "illum", "source", "light", "lamp", "l", "sun", "solar", "irradiation", "input"})
 _OUTGOING = frozenset({"o", "out", "outgoing", "r", "refl", "reflected", "reflection", "s", "scat", "scatter",
@@ -41,17 +42,17 @@ _OUTGOING = frozenset({"o", "out", "outgoing", "r", "refl", "reflected", "reflec
                        "observer", "obs", "detector", "det", "detection", "e", "exit", "exitance", "exitant",
                        "emergent", "emergence", "emission", "receiver", "receive", "received", "receiving", "camera",
                        "output"})
-_BETWEEN = frozenset({"relative", "rel", "delta", "d", "difference", "diff", "between"})
-_FILLERS = frozenset({"angle", "angles", "ang", "of", "the", "direction", "to", "from", "normal"})
+_RELATIVE_WORDS = frozenset({"relative", "rel", "delta", "d", "difference", "diff", "between"})
+_FILLER_WORDS = frozenset({"angle", "angles", "ang", "of", "the", "direction", "to", "from", "normal"})
 _SHORT = {"aoi": "theta_i", "aos": "theta_s", "aoe": "theta_s", "aor": "theta_s", "aov": "theta_s", "sza": "theta_i",
           "iza": "theta_i", "vza": "theta_s", "oza": "theta_s", "saa": "phi_i", "vaa": "phi_s", "raa": RELATIVE}
-_ALONE = {"incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s", "receive": "theta_s",
-          "receiver": "theta_s", "receiving": "theta_s"}      # without the word angle
+_ANGLE_WORDS = {"incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s", "receive": "theta_s",
+                "receiver": "theta_s", "receiving": "theta_s"}      # without the word angle
 _BESIDE = frozenset({"index", "no", "nr", "number", "id", "point", "time", "timestamp", "date", "temperature",
                      "uncertainty", "std", "stdev", "stddev", "sigma", "error", "comment", "comments", "remark",
                      "remarks", "note", "notes", "scan", "repeat", "rep"})
-_COLOURS = {"r": "R", "g": "G", "b": "B", "red": "R", "green": "G", "blue": "B"}
-_KINDS = {
+_COLOUR_WORDS = {"r": "R", "g": "G", "b": "B", "red": "R", "green": "G", "blue": "B"}
+_VALUE_KINDS = {
     **dict.fromkeys(("", "grey", "gray", "value", "values", "y"), UNSAID),
     **dict.fromkeys(("brdf", "bsdf", "fr", "f r", "f", "brdf value", "bsdf value", "brdf values", "bsdf values"), BRDF),
     **dict.fromkeys(("reflectance factor", "brf", "hdrf", "hcrf", "bcrf", "radiance factor", "r factor",
@@ -60,7 +61,7 @@ _KINDS = {
     **dict.fromkeys(("btdf", "transmittance", "btf", "transmission"), TRANSMITTED)}
 _COSINE = re.compile(r"(.*?)\s*(?:\*|_|x|times)\s*cos\s*[_(]?\s*(?:theta_?)?\s*([iosrv]?)\s*\)?", re.IGNORECASE)
 _LONGEST = 200              # characters of a name that means anything
-_BANDS = (200, 20_000)      # nm
+_WAVELENGTH_RANGE = (200, 20_000)  # nm
 _MICRONS = 20               # below which a number with a point, such as 0.55, is in micrometres
 
 
@@ -92,11 +93,11 @@ def unit_of(text: str) -> str | None:
     >>> unit_of("degrees"), unit_of("sr^-1"), unit_of("sr\u207b\u00b9"), unit_of("\u00b5m"), unit_of("gold")
     ('deg', '1/sr', '1/sr', 'um', None)
     """
-    bare = re.sub(r"[\s^*{}\u00b7\[\]()]", "", _folded(text).lower())
+    bare = re.sub(r"[\s^*{}\u00b7\[\]()]", "", _fold(text).lower())
     return _UNITS.get(bare)
 
 
-def _folded(text: str) -> str:
+def _fold(text: str) -> str:
     """Letters as they are in ASCII, as far as they are: subscripts, Greek letters, the signs of degrees."""
     if text.isascii():
         return text
@@ -115,19 +116,19 @@ def parse(name: str) -> Name:
     >>> parse("ThetaI [deg]").words, parse("\u03b8\u1d63 (\u00b0)").unit, parse("Incident Angle, deg")[:2]
     (('theta', 'i'), 'deg', (('incident', 'angle'), 'deg'))
     """
-    text = _folded(name[:_LONGEST]).strip()
+    text = _fold(name[:_LONGEST]).strip()
     unit = None
-    for pattern in (_BRACKETED, _SUFFIX):
+    for pattern in (_BRACKETED, _UNIT_AFTER):
         match = pattern.fullmatch(text) if pattern is _BRACKETED else pattern.fullmatch(text.lower())
         found = match and next((group for group in match.groups()[1:] if group), "")
         if match and found and (unit := unit_of(found)) is not None:
             text = text[:len(match[1])].rstrip(" ,;")
             break
     words: list[str] = []
-    for word in _WORD.findall(_HUMP.sub(" ", text).lower()):
+    for word in _WORD_PATTERN.findall(_HUMP.sub(" ", text).lower()):
         joined = _JOINED.fullmatch(word)
         rest = joined and joined[3]
-        if joined and (not rest or rest in _INCIDENT or rest in _OUTGOING or rest in _BETWEEN):
+        if joined and (not rest or rest in _INCIDENT or rest in _OUTGOING or rest in _RELATIVE_WORDS):
             words += [part for part in joined.groups() if part]
         else:
             words.append(word)
@@ -143,16 +144,16 @@ def role(name: str) -> str | None:
     ['theta_s', 'phi_i', 'theta_s', 'theta_i', 'phi', 'theta_i', None]
     """
     words = parse(name).words
-    if len(words) == 1 and words[0] in {**_SHORT, **_ALONE}:
-        return {**_SHORT, **_ALONE}[words[0]]
-    kept = [word for word in words if word not in _FILLERS]
-    polar, azimuth = _POLAR.intersection(kept), _AZIMUTH.intersection(kept)
+    if len(words) == 1 and words[0] in {**_SHORT, **_ANGLE_WORDS}:
+        return {**_SHORT, **_ANGLE_WORDS}[words[0]]
+    kept = [word for word in words if word not in _FILLER_WORDS]
+    polar, azimuth = _POLAR_WORDS.intersection(kept), _AZIMUTH_WORDS.intersection(kept)
     rest = [word for word in kept if word not in polar and word not in azimuth]
     if (polar and not azimuth) or (not azimuth and {"angle", "angles", "ang"}.intersection(words)):
         return "theta_i" if _all(rest, _INCIDENT) else "theta_s" if _all(rest, _OUTGOING) else None if rest else THETA
     if azimuth and (not polar or polar == {"polar"}):
         return ("phi_i" if _all(rest, _INCIDENT) else "phi_s" if _all(rest, _OUTGOING) else
-                RELATIVE if all(word in _BETWEEN for word in rest) else None)
+                RELATIVE if all(word in _RELATIVE_WORDS for word in rest) else None)
     if kept in (["wavelength"], ["lambda"], ["wl"], ["wave", "length"]):
         return WAVELENGTH
     if kept in (["standard"], ["reference"]):
@@ -179,7 +180,7 @@ def value(name: str) -> Value | None:
     if with_cosine := _COSINE.fullmatch(text):
         text, side = with_cosine.groups()
         cosine = "?" if not side else "i" if side.lower() == "i" else "s"
-    words = list(_WORD.findall(text.lower()))
+    words = list(_WORD_PATTERN.findall(text.lower()))
     if words and words[0] in ("ccbrdf", "ccbsdf"):
         words[0], cosine = "brdf", "s"
     if unit in ("deg", "rad"):
@@ -191,18 +192,18 @@ def value(name: str) -> Value | None:
         is_micron = unit == "um" or "um" in words or (
             unit != "nm" and "nm" not in words and number < _MICRONS and "." in band)
         nanometres = number * 1000 if is_micron else number
-        if not _BANDS[0] <= nanometres <= _BANDS[1]:
+        if not _WAVELENGTH_RANGE[0] <= nanometres <= _WAVELENGTH_RANGE[1]:
             return None
         channel = f"{round(nanometres, 6):g}nm"
         words = [word for word in words if word not in (band, "nm", "um", "lambda", "wavelength", "at")]
         if words in (["r"], ["l"]):
             words = []              # R550: of whatever the table has
-    elif " ".join(words) not in _KINDS and (colours := [word for word in words if word in _COLOURS]):
+    elif " ".join(words) not in _VALUE_KINDS and (colours := [word for word in words if word in _COLOUR_WORDS]):
         if len(colours) > 1:
             return None
-        channel = _COLOURS[colours[0]]
+        channel = _COLOUR_WORDS[colours[0]]
         words.remove(colours[0])
-    kind = _KINDS.get(" ".join(words))
+    kind = _VALUE_KINDS.get(" ".join(words))
     if kind is None or (not words and channel == "BRDF"):
         return None
     return Value(channel, kind, cosine, unit in ("%", "%/sr"))

@@ -30,13 +30,13 @@ from .text import check_azimuths, check_thetas, parse_numbers
 
 _FEWEST, _MOST = 3, 1000    # plausible numbers of wavelengths
 _FIRST = re.compile(rb"(?:\A|[\r\n])[ \t\f\v]*([^\s#])")      # of the first line that is not a comment
-_COUNT = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
+_COUNT_LINE = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
 
 
 def recognises(content: bytes) -> bool:
     """Whether the first line that is not a comment holds one whole number, the number of wavelengths."""
     first = _FIRST.search(content)
-    count = first and _COUNT.match(content, first.start(1))
+    count = first and _COUNT_LINE.match(content, first.start(1))
     return count is not None and _FEWEST <= int(count[1]) <= _MOST
 
 
@@ -51,11 +51,11 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                            f"theta_i phi_i theta_s phi_s and a value for each wavelength", path, line(len(values) - 1))
     table = values[1 + bands:].reshape(rows, columns)
 
-    def line_of(row: int) -> int | None:
+    def row_line(row: int) -> int | None:
         return line(1 + bands + row * columns)
 
-    check_thetas(table[:, [0, 2]], line_of, path)
-    check_azimuths(table[:, [1, 3]], line_of, path)
+    check_thetas(table[:, [0, 2]], row_line, path)
+    check_azimuths(table[:, [1, 3]], row_line, path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
     directions = map_directions(np.copy, table[:, :4].T)
     del values, table           # they may take more memory than the file

@@ -11,7 +11,7 @@ from ..arrays import FloatArray
 _OBLIQUE = np.radians(5)    # theta_i from which a highlight is on one side
 _NEAR = np.radians(6)       # of the mirror direction: the values that count
 _TELLS = 1.15               # how many times brighter one side must be
-SIDES = {"mirror": 1, "specular": 1, "forward": 1, "light": -1, "source": -1, "backward": -1, "retro": -1}
+PLANE_SIDES = {"mirror": 1, "specular": 1, "forward": 1, "light": -1, "source": -1, "backward": -1, "retro": -1}
 """Words for the side on which theta_o is positive, and the sign of the mirror's side."""
 
 

@@ -25,7 +25,7 @@ QUANTITIES = {"brdf": Quantity("", 1.0), "brdf_cos": Quantity("s", 1.0), "brdf_c
 LONGEST_COLUMNS = 20_000    # characters
 # of choices that are no text: what Blender stores, and the word of the command line
 _KEYS: dict[str | bool | None, str] = {None: "auto", True: "isotropic", False: "anisotropic"}
-_WORDS: dict[str | bool | None, str] = {True: "yes", False: "no"}
+_ANSWER_WORDS: dict[str | bool | None, str] = {True: "yes", False: "no"}
 
 
 class Choice(NamedTuple):
@@ -63,7 +63,7 @@ class Option(NamedTuple):
     @property
     def help(self) -> str:
         """What the command line says of it, as argparse takes it: its tooltips."""
-        means = [f"{_WORDS.get(choice.value, choice.value)}: {_lower(choice.tooltip)}" for choice in self.choices
+        means = [f"{_ANSWER_WORDS.get(choice.value, choice.value)}: {_lower(choice.tooltip)}" for choice in self.choices
                  if choice.value is not None]
         default = f"default: {self.default}" if isinstance(self.default, str) else ""
         return "; ".join(filter(None, (_lower(self.tooltip), *means, default))).replace("%", "%%")
@@ -90,7 +90,7 @@ def _lower(text: str) -> str:
     return text if text[1:2].isupper() else text[0].lower() + text[1:]
 
 
-def one_of(option: str, value: object, expected: tuple[object, ...]) -> None:
+def check_choice(option: str, value: object, expected: tuple[object, ...]) -> None:
     """Raise `DatasetError` unless the value of an option is one of those expected."""
     if value not in expected:
         names = tuple(map(str, expected))
@@ -169,7 +169,7 @@ class Reading:
         for name, option in OPTIONS.items():
             value = getattr(self, name)
             if option.values and (value is not None or option.default is not None):
-                one_of(name, value, option.values)
+                check_choice(name, value, option.values)
         if self.columns is not None and not (isinstance(self.columns, str)
                                              and 0 < len(self.columns.strip(", ")) < LONGEST_COLUMNS):
             raise DatasetError(f"columns {str(self.columns)[:40]!r} found, expected names, such as "

@@ -7,9 +7,10 @@ from .names import ANGLES
 
 _SAME = 1e-6                    # radians between directions that count as one
 _PRIOR_COUNT = 3                # further measurements of each pair of directions, with the scatter of those as bright
-_ALIKE, _MOST_BINS = 10, 10     # pairs in a bin of brightness, and bins
-_DARK = 1e-3                    # of the mean: scatter is relative to no less
-_APART = 3.0                    # times the least of one pair that its largest is, which is no noise any more
+_ALIKE_PAIRS, _MOST_BINS = 10, 10  # pairs in a bin of brightness, and bins
+_DARK_MEAN = 1e-3               # of the mean: scatter is relative to no less
+_FACTOR_APART = 3.0             # times the least of one pair that its largest is, which is no noise any more
+_MOST_SCATTER = 0.3             # relative standard deviation of half of the bright pairs, which is none either
 
 
 def averaged(directions: FloatArray, values: FloatArray,
@@ -31,7 +32,7 @@ def averaged(directions: FloatArray, values: FloatArray,
     count = np.bincount(group)
     mean = np.stack([np.bincount(group, column) / count for column in values.T], axis=1)
     size = np.sqrt((mean ** 2).mean(axis=1))
-    relative = (values - mean[group]) / np.maximum(size, _DARK * size.mean() + np.finfo(float).tiny)[group, None]
+    relative = (values - mean[group]) / np.maximum(size, _DARK_MEAN * size.mean() + np.finfo(float).tiny)[group, None]
     squares, several = np.bincount(group, (relative ** 2).mean(axis=1)).astype(float), count > 1
     like_it = _scatter(size, squares, count - 1)
     deviation = np.sqrt((squares + _PRIOR_COUNT * like_it) / (count - 1 + _PRIOR_COUNT) / count)
@@ -39,7 +40,10 @@ def averaged(directions: FloatArray, values: FloatArray,
     pairs = f"{several.sum():,} pair{'s' if several.sum() > 1 else ''} of directions"
     note = f"{pairs} measured more than once: averaged, with a scatter of {scatter:.2g} %"
     as_written = np.argsort(first)
-    return directions[first[as_written]], mean[as_written], deviation[as_written], (note, *_differing(values, group))
+    bright = several & (size >= np.median(size[several]))
+    usual = float(np.sqrt(np.median(squares[bright] / (count[bright] - 1))))
+    return (directions[first[as_written]], mean[as_written], deviation[as_written],
+            (note, *(_differing(values, group) or _scatter_question(usual))))
 
 
 def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
@@ -50,13 +54,18 @@ def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
     np.minimum.at(lowest, group, grey)
     np.maximum.at(highest, group, grey)
     bright = highest >= np.median(highest)
-    apart = bright & (highest > 0) & (highest >= _APART * lowest)
+    apart = bright & (highest > 0) & (highest >= _FACTOR_APART * lowest)
     if not apart.any():
         return ()
-    times = highest[apart] / np.maximum(lowest[apart], _DARK * highest[apart])
+    times = highest[apart] / np.maximum(lowest[apart], _DARK_MEAN * highest[apart])
     count = int(apart.sum())
     return (f"The values of {count:,} pair{'s' * (count > 1)} of directions differ by a factor of up to "
             f"{times.max():,.3g}: is one of another sample, or in another unit?",)
+
+
+def _scatter_question(usual: float) -> tuple[str, ...]:
+    return (f"Half of the bright ones scatter by {usual:.0%} or more: are several samples in one table?",) * (
+        usual > _MOST_SCATTER)
 
 
 def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatArray:
@@ -76,7 +85,7 @@ def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatA
     """
     again = np.flatnonzero(freedom)
     order = again[np.argsort(size[again], kind="stable")]
-    bins = np.array_split(order, min(max(len(order) // _ALIKE, 1), _MOST_BINS))
+    bins = np.array_split(order, min(max(len(order) // _ALIKE_PAIRS, 1), _MOST_BINS))
     if len(bins) == 1:
         variances = [squares.sum() / freedom.sum()]
     else:       # the median of chi squared over its degrees of freedom (E. B. Wilson, M. M. Hilferty 1931)

@@ -48,8 +48,8 @@ from .spectra import srgb_weights, to_linear_srgb
 from .text import decode
 
 LARGEST = 160 << 20         # bytes; a spectral file has up to 15 million, of an anisotropic material 17 times as many
-_NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
-_MOST_INCIDENT = 10_000     # directions of incidence of an anisotropic material; real files have 136
+_NEEDED_FIELDS = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
+_MOST_INCIDENCES = 10_000   # directions of incidence of an anisotropic material; real files have 136
 _MOST_BETWEEN = 4           # samples between, for each node; published files have 3
 _LONG, _PRODUCT = 40, 26        # characters of a name, and of the product in brackets that ends a description
 _LAST_MEASURED = np.radians(89)     # at most; what is tabulated beyond is an extrapolation
@@ -58,7 +58,7 @@ _SYMMETRIES = {1: "none", 2: HALF_TURN, 4: HALF_TURN_AND_MIRROR}    # by how oft
 
 def recognises(content: bytes) -> bool:
     """Whether the file begins with the name of the container."""
-    return content.startswith(tensor_file.MAGIC)
+    return content.startswith(tensor_file.TENSOR_MAGIC)
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
@@ -71,7 +71,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     count = len(nodes[0])
     if not count:
         raise DatasetError("no measurement above the horizon", path)
-    most = min(direction_sampling.COUNT, _MOST_BETWEEN * count) if table.isotropic else count
+    most = min(direction_sampling.SAMPLED_COUNT, _MOST_BETWEEN * count) if table.isotropic else count
     others = direction_sampling.sample_directions(most, table.isotropic)
     directions = concatenate_directions([nodes[:4], others])
     values = np.concatenate([nodes[4], table.evaluate(*others)])
@@ -88,7 +88,7 @@ def read_table(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) 
     """Read a .bsdf file as the function that it defines; raises `DatasetError` as `read` does."""
     fields = tensor_file.read(content, path)
     colour = "spectra" if "spectra" in fields else "rgb"
-    needed = (*_NEEDED, colour, *(["wavelengths"] if colour == "spectra" else []))
+    needed = (*_NEEDED_FIELDS, colour, *(["wavelengths"] if colour == "spectra" else []))
     missing = [name for name in needed if name not in fields]
     if missing:
         raise DatasetError(f"no array {', '.join(missing)}; expected those of an RGL material, {', '.join(needed)}",
@@ -156,9 +156,9 @@ def _azimuths(path: str | Path, fields: dict[str, NDArray[Any]], colour: str) ->
                 raise DatasetError(f"{name} differs between two azimuths phi_i, expected at least {FEWEST_AZIMUTHS} of "
                                    f"an anisotropic material", path)
         return np.zeros(1)
-    if len(phi_i) * fields["theta_i"].size > _MOST_INCIDENT:
+    if len(phi_i) * fields["theta_i"].size > _MOST_INCIDENCES:
         raise DatasetError(f"{len(phi_i):,} azimuths and {fields['theta_i'].size:,} angles of incidence found, "
-                           f"expected at most {_MOST_INCIDENT:,} pairs", path)
+                           f"expected at most {_MOST_INCIDENCES:,} pairs", path)
     if (np.diff(phi_i) <= 0).any() or np.abs(phi_i).max() > 4 * np.pi or reduction(phi_i) not in _SYMMETRIES:
         raise DatasetError(f"phi_i from {np.degrees(phi_i[0]):g} to {np.degrees(phi_i[-1]):g} degrees found, expected "
                            f"rising angles over a turn, a half or a quarter of it", path)

@@ -27,8 +27,8 @@ from .rgl_warp import Warp, cell
 
 FEWEST_AZIMUTHS = 3         # of an anisotropic material
 _TURN = 2 * np.pi
-_SAME = 1e-3                # radians between azimuths that are one
-_LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
+_SAME_AZIMUTH = 1e-3        # radians between azimuths that are one
+_RGL_HORIZON = 1e-6         # cosine of theta_o below which a direction is on the horizon, where f is not defined
 _Points = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 """theta_i, phi_i, theta_o, phi_o, (n,) radians, and values (n, 3), 1/sr."""
 
@@ -119,7 +119,7 @@ class RglTable:
                 u_y: FloatArray) -> FloatArray:
         """What the table's values are multiplied with to be f: (n,); u is the half vector's."""
         cosine = np.cos(theta_o)
-        above = (cosine > _LOWEST) & (theta_i <= HORIZON)
+        above = (cosine > _RGL_HORIZON) & (theta_i <= HORIZON)
         factor = np.divide(1, cosine, out=np.zeros_like(cosine), where=above)
         if self.has_jacobian:
             factor *= _bilinear(self.ndf, u_x, u_y) / (4 * _bilinear(self.sigma, *_square(theta_i, phi_i)))
@@ -151,7 +151,7 @@ class RglTable:
     def _closes(self) -> bool:
         """Whether the last azimuth is the first again, after a turn or by a symmetry of half a turn."""
         return (self.reduction < 4 and len(self.phi_i) > 1
-                and abs(self.reduction * (self.phi_i[-1] - self.phi_i[0]) - _TURN) < _SAME)
+                and abs(self.reduction * (self.phi_i[-1] - self.phi_i[0]) - _TURN) < _SAME_AZIMUTH)
 
     def _incidences(self) -> list[tuple[int, float, float]]:
         """Slice, theta_i and phi_i of all that are different."""
@@ -178,7 +178,7 @@ def reduction(phi_i: FloatArray) -> int:
     [1, 2, 4, 0]
     """
     covered = float(phi_i[-1] - phi_i[0])
-    return round(_TURN / covered) if covered > _SAME else 0
+    return round(_TURN / covered) if covered > _SAME_AZIMUTH else 0
 
 
 def _reflect_above_horizon(theta: float, phi: float, u_x: FloatArray, u_y: FloatArray) -> tuple[Directions, BoolArray]:
@@ -186,8 +186,8 @@ def _reflect_above_horizon(theta: float, phi: float, u_x: FloatArray, u_y: Float
     are. Of a column where the half vector is the normal, the first.
     """
     theta_i = np.full_like(u_x, theta)
-    theta_o, phi_o = _reflected(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
-    which = np.cos(theta_o) > _LOWEST
+    theta_o, phi_o = _mirror_directions(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
+    which = np.cos(theta_o) > _RGL_HORIZON
     which[1:] &= u_x[1:] > 0
     return select_directions((theta_i, np.full_like(u_x, phi), theta_o, phi_o + phi), which), which
 
@@ -216,7 +216,7 @@ def _bilinear(table: FloatArray, u_x: FloatArray, u_y: FloatArray, index: IntArr
             + b * ((1 - a) * table[(*at, j + 1, i)] + a * table[(*at, j + 1, i + 1)]))
 
 
-def _reflected(theta_i: FloatArray, theta_h: FloatArray, phi_h: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _mirror_directions(theta_i: FloatArray, theta_h: FloatArray, phi_h: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The direction (theta_o, phi_o) into which half vectors mirror (theta_i, 0); theta_o up to pi."""
     x, y, z = np.sin(theta_h) * np.cos(phi_h), np.sin(theta_h) * np.sin(phi_h), np.cos(theta_h)
     cosine = np.sin(theta_i) * x + np.cos(theta_i) * z

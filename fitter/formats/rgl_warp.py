@@ -68,18 +68,18 @@ def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatA
     j, b = cell(y, rows)
     i, a = cell(x, columns)
 
-    def blended(table: FloatArray, *place: IntArray) -> FloatArray:
+    def blend_slices(table: FloatArray, *place: IntArray) -> FloatArray:
         return sum((weight * table[(index, *place)] for index, weight in slices), np.zeros(1))
 
-    def between(table: FloatArray, column: IntArray) -> FloatArray:
-        return (1 - b) * blended(table, j, column) + b * blended(table, j + 1, column)
+    def interpolate_table(table: FloatArray, column: IntArray) -> FloatArray:
+        return (1 - b) * blend_slices(table, j, column) + b * blend_slices(table, j + 1, column)
 
     last = np.full_like(i, columns - 1)
-    left, right = between(warp.density, i), between(warp.density, i + 1)
-    row = between(warp.along, last)
-    part = between(warp.along, i) + a * (left + a * (right - left) / 2)
-    low, high = blended(warp.along, j, last), blended(warp.along, j + 1, last)
-    s_y = blended(warp.marginal, j) + b * (low + b * (high - low) / 2)
+    left, right = interpolate_table(warp.density, i), interpolate_table(warp.density, i + 1)
+    row = interpolate_table(warp.along, last)
+    part = interpolate_table(warp.along, i) + a * (left + a * (right - left) / 2)
+    low, high = blend_slices(warp.along, j, last), blend_slices(warp.along, j + 1, last)
+    s_y = blend_slices(warp.marginal, j) + b * (low + b * (high - low) / 2)
     return np.divide(part, row, out=np.zeros_like(part), where=row > 0), s_y
 
 

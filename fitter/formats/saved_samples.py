@@ -18,11 +18,11 @@ from ..samples import Samples
 from ..storage import files, npz
 from .format import Format
 
-_FORMAT, _VERSION = "measured-brdf-samples", 1
+_FORMAT, _SAMPLES_VERSION = "measured-brdf-samples", 1
 _ENTRIES = {"samples", "directions", "values"}, {"samples", "directions", "values", "deviation"}
 _BEGINS = b"PK\3\4", b"samples.npy"     # a zip archive, and after 26 bytes the name of its first member
-_COMPRESSED = 50            # times the file that its arrays may have: of noisy values they have twice, and
-_SMALL = 16 << 20           # up to so many bytes as much as they like, as an even grid of one value does, 300 times
+_MOST_COMPRESSED = 50       # times the file that its arrays may have: of noisy values they have twice, and
+_SMALL_ARRAYS = 16 << 20    # up to so many bytes as much as they like, as an even grid of one value does, 300 times
 LARGEST = 64 << 20          # bytes; of 200,000 samples of a ball a tenth
 
 
@@ -31,7 +31,7 @@ def write(samples: Samples, path: str | Path) -> None:
 
     Raises OSError if the file cannot be written; a file at `path` then stays as it was.
     """
-    header = {"format": _FORMAT, "version": _VERSION, "name": samples.name,
+    header = {"format": _FORMAT, "version": _SAMPLES_VERSION, "name": samples.name,
               "source": files.strip_folders(samples.source), "notes": list(samples.notes),
               "channels": list(samples.channels), "isotropic": samples.isotropic}
     arrays: dict[str, NDArray[Any]] = {"samples": np.array(json.dumps(header)),
@@ -60,12 +60,12 @@ def is_another(path: str | Path) -> bool:
 def read(path: str | Path, content: bytes) -> Samples:
     """Read what `write` wrote. Raises DatasetError if it is damaged, or of another version."""
     try:
-        entries = npz.read(content, max(_COMPRESSED * len(content), _SMALL))
+        entries = npz.read(content, max(_MOST_COMPRESSED * len(content), _SMALL_ARRAYS))
         header = json.loads(str(entries["samples"]))
         if header["format"] != _FORMAT or set(entries) not in _ENTRIES:
             raise ValueError("other entries than those of samples")
-        if header["version"] != _VERSION:
-            raise DatasetError(f"samples of version {header['version']!r}, expected {_VERSION}", path)
+        if header["version"] != _SAMPLES_VERSION:
+            raise DatasetError(f"samples of version {header['version']!r}, expected {_SAMPLES_VERSION}", path)
         channels, notes = header["channels"], header["notes"]
         if not all(isinstance(text, str) for text in (*channels, *notes)):
             raise ValueError("channels and notes are not texts")

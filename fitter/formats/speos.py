@@ -148,7 +148,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if has_transmission:
         _spectrum(lines)
     tables = [_table(lines, rotation, theta_i, is_intensity) for rotation, theta_i in angles]
-    reflected = _reflected(tables, at)
+    reflected = _reflected_integral(tables, at)
     if not reflected > 0:
         raise DatasetError("the values are 0 at the incidence of the spectrum, expected a BSDF", path, tables[0].line)
     phi_i = [_TURNS * table.rotation * (len({table.rotation for table in tables}) > 1) for table in tables]
@@ -241,7 +241,7 @@ def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -
     return _Table(rotation, theta_i, theta, phi, values, line)
 
 
-def _reflected(tables: list[_Table], at: tuple[float, float]) -> float:
+def _reflected_integral(tables: list[_Table], at: tuple[float, float]) -> float:
     """The integral of what is reflected at the incidence of the spectrum, of two tables between which it is."""
     apart = [abs(np.angle(np.exp(1j * (table.rotation - at[1])))) for table in tables]
     nearest = sorted((table for table, turn in zip(tables, apart, strict=True) if turn <= min(apart) + 1e-9),

@@ -44,7 +44,7 @@ averaged (`repeats`). A column proves its own decimal sign (`table_cells`). Limi
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,28 +53,28 @@ import numpy as np
 from ..arrays import FloatArray, map_directions
 from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError, printable
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, Samples
-from . import plane, table_cells, table_layout, table_on_its_side, unmeasured
-from .columns import angles_note, look_like_degrees, reflectance, without_cosine
+from . import plane, table_cells, table_columns, table_layout, table_on_its_side, unmeasured
+from .columns import angles_note, look_like_degrees, reflectance, to_brdf
 from .format import Format
 from .isotropy import finished
-from .reading import BY_DEFAULT, QUANTITIES, Reading
+from .names import STANDARD, WAVELENGTH
+from .reading import BY_DEFAULT, Reading
 from .repeats import averaged
-from .table_cells import Cells
-from .table_columns import EXPECTED, OTHERWISE, Columns, meaning, name_of, said_before, shorten
+from .table_columns import Columns, shorten
 from .table_layout import Layout
 from .text import check_azimuths, check_thetas, decode, line_number, lines
-from .wavelength_rows import in_columns
+from .wavelength_rows import wavelengths_to_columns
 
 _SYMMETRY = re.compile(rb"#+[ \t]*symmetry[ \t]*[:=][ \t]*", re.IGNORECASE)
-_SYMMETRIES = ((NO_SYMMETRY, {"none"}), (HALF_TURN, {"180"}), (MIRROR, {"mirror"}),
-               (HALF_TURN_AND_MIRROR, {"180", "mirror"}))       # and the words that say it
-_FILLERS = {"degrees", "deg", "and", "+"}
+_SYMMETRIES = {frozenset(words): symmetry for symmetry, words in (     # by the words that say them
+    (NO_SYMMETRY, ("none",)), (HALF_TURN, ("180",)), (MIRROR, ("mirror",)), (HALF_TURN_AND_MIRROR, ("180", "mirror")))}
+_FILLERS = {"degrees", "deg", "and"}
 
 
 def recognises(content: bytes) -> bool:
     """Whether a line names a polar angle, and two other columns; after title lines, whether rows follow it. Or such a
     table lies on its side."""
-    return table_layout.find(content) is not None or table_on_its_side.upright(content) is not None
+    return table_layout.find(content) is not None or table_on_its_side.transpose_table(content) is not None
 
 
 def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | None:
@@ -93,7 +93,7 @@ def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | N
     what = f"columns {shorten(heads)} found" if heads else f"{len(rows[0])} columns of numbers without names found"
     line = None if heads is None else 1 + next((number for number, text in enumerate(content.splitlines())
                                                 if heads[0].encode() in text), 0)
-    return ColumnsUnknownError(f"{what}; expected {EXPECTED}; {OTHERWISE}", path, line)
+    return ColumnsUnknownError(f"{what}; expected {table_columns.EXPECTED}; {table_columns.OTHERWISE}", path, line)
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
@@ -107,18 +107,16 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     Samples
         Its `notes` say what was made of the table.
     """
-    if reading.columns is None and (found := table_on_its_side.upright(content)) is not None:
+    if reading.columns is None and (found := table_on_its_side.transpose_table(content)) is not None:
         return _on_its_side(found, reading, path)
     layout = table_layout.find(content, reading.columns)
     if layout is None:
         raise ColumnsUnknownError(f"no row of numbers for the columns {reading.columns} found" if reading.columns else
                                   "no line of column names", path)
-    said = said_before(content, layout)
+    said = table_columns.said_before(content, layout)
     symmetry = _symmetry(content, layout, reading, path)
-    columns = meaning(layout, said, reading, path)
-    cells = table_cells.read(content, layout, columns.used, path)
-    if cells.in_degrees or cells.in_percent:
-        columns = meaning(_with_units(layout, columns, cells), said, reading, path)
+    columns = table_columns.assign_columns(layout, said, path)
+    cells = table_cells.read(content, layout, columns.indices, path)
     if not len(cells.numbers):
         raise DatasetError(f"{cells.left_out} rows found, none of them complete, expected measurements", path,
                            layout.line)
@@ -129,14 +127,17 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         notes.append(f"{cells.left_out:,} of {len(cells.numbers) + cells.left_out:,} rows have empty cells and are "
                      "left out")
 
-    def line_of(row: int) -> int:
+    def find_line(row: int) -> int:
         return line_number(content, cells.at[row])
 
-    directions, values, read_as, more = _measurements(columns, cells.numbers, reading, line_of, path, layout.line)
-    channels, values, of_channels = reflectance(read_as, values, path, layout.line, reading)
+    units = [cells.units.get(column, unit) for column, unit in enumerate(layout.units)]
+    directions, values, channels, more = _measurements(columns, cells.numbers, units, said, reading, find_line, path,
+                                                       layout.line)
+    channels, values, of_channels = reflectance(channels, values, path, layout.line, reading)
     directions, values, deviation, repeated = averaged(directions, values)
-    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name_of(said) or Path(path).stem,
-                      str(path), (*notes, *more, *of_channels, *repeated), deviation=deviation)
+    name = table_columns.sample_name(said) or Path(path).stem
+    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path),
+                      (*notes, *more, *of_channels, *repeated), deviation=deviation)
     return finished(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
 
 
@@ -151,58 +152,46 @@ def _on_its_side(found: table_on_its_side.Upright, reading: Reading, path: str |
     return replace(samples, notes=("The table lies on its side: a line for each name", *samples.notes))
 
 
-def _with_units(layout: Layout, columns: Columns, cells: Cells) -> Layout:
-    """A layout with the units that stand behind numbers."""
-    units = list(layout.units)
-    for unit, where in (("deg", cells.in_degrees), ("%", cells.in_percent)):
-        for k in where:
-            units[columns.used[k]] = unit
-    return replace(layout, units=units)
-
-
-def _measurements(columns: Columns, numbers: FloatArray, reading: Reading, line_of: Callable[[int], int],
-                  path: str | Path, line: int) -> tuple[FloatArray, FloatArray, list[str], list[str]]:
+def _measurements(columns: Columns, numbers: FloatArray, units: list[str | None], said: dict[str, str],
+                  reading: Reading, find_line: Callable[[int], int], path: str | Path,
+                  line: int) -> tuple[FloatArray, FloatArray, Sequence[str], list[str]]:
     """Directions, (n, 4) radians, values of the BRDF, the names of their columns, and notes of how they are read."""
-    notes = []
-    angles = columns.angles_of(numbers)
-    in_degrees = _in_degrees(columns.unit, angles, reading, path, line)
-    check_thetas(np.abs(angles[:, [0, 2]]), line_of, path, in_degrees)
-    check_azimuths(angles[:, [1, 3]], line_of, path)
-    notes.append(angles_note(in_degrees, columns.unit, reading))
-    values, channels = numbers[:, columns.values], columns.channels
-    if columns.wavelength is not None:
-        angles, values, channels, note = in_columns(angles, numbers[:, columns.wavelength], values[:, 0],
-                                                    columns.in_microns, path, line)
-        notes.append(note)
+    unit = table_columns.unit_of_angles(columns, units, said, reading, path, line)
+    what, note, said_cosine = table_columns.quantity(columns, units, said, reading, path, line)
+    angles = columns.angles(numbers)
+    in_degrees = _are_degrees(unit, angles, reading, path, line)
+    check_thetas(np.abs(angles[:, [0, 2]]), find_line, path, in_degrees)
+    check_azimuths(angles[:, [1, 3]], find_line, path)
+    notes = [angles_note(in_degrees, unit, reading)]
+    values, channels = numbers[:, [*columns.values]], [value.channel for value in columns.values.values()]
+    if (wavelength := columns.roles.get(WAVELENGTH)) is not None:
+        in_microns = {"um": True, "nm": False}.get(units[wavelength] or "")
+        angles, values, channels, in_rows = wavelengths_to_columns(
+            angles, numbers[:, wavelength], values[:, 0], in_microns, path, line)
+        notes.append(in_rows)
     directions = np.radians(angles) if in_degrees else angles
-    if columns.in_plane:
-        directions, note = plane.directions(directions[:, 0], directions[:, 2], values, columns.side)
-        notes.append(note)
+    if columns.is_scan:
+        side = table_columns.mirror_side(said)
+        directions, sides = plane.directions(directions[:, 0], directions[:, 2], values, side)
+        notes.append(sides)
     elif (directions[:, [0, 2]] < 0).any():
         directions = _on_the_other_side(directions)
         notes.append("Polar angles below 0 are on the other side of the normal")
-    if columns.standard is not None:
-        values = _by_standard(values, numbers[:, columns.standard], columns.reflectance, line_of, path)
-        notes.append(f"Divided by a standard of reflectance {columns.reflectance:g}")
-    if columns.note:
-        notes.append(columns.note)
-    asked = _as_asked(columns, reading)
-    if columns.quantity.scale != 1:
-        values = values * columns.quantity.scale
-        notes += [f"Multiplied by {columns.quantity.scale:.4g}{asked}"] if asked else []
-    if columns.quantity.cosine:
-        directions, values, note = without_cosine(directions, values, columns.quantity.cosine, path, line)
-        notes.append(note + asked)
-    elif asked and columns.quantity.scale == 1:
-        notes.append("Values are the BRDF" + asked)
-    return directions, values, channels, notes
+    if (standard := columns.roles.get(STANDARD)) is not None:
+        reflected = table_columns.standard_reflectance(said, path)
+        values = _divide_by_standard(values, numbers[:, standard], reflected, find_line, path)
+        notes.append(f"Divided by a standard of reflectance {reflected:g}")
+    notes += [note] if note else []
+    contradicts = "; the file says otherwise" if said_cosine not in ("", what.cosine) else ""
+    asked = "" if reading.quantity is None else f", as asked{contradicts}"
+    directions, values, of_quantity = to_brdf(directions, values, what, asked, path, line)
+    return directions, values, channels, [*notes, *of_quantity]
 
 
 def _on_the_other_side(directions: FloatArray) -> FloatArray:
     """Directions whose polar angles are not below 0: (n, 4)."""
-    polar = directions[:, [0, 2]]
-    turned = directions[:, [1, 3]] + np.pi * (polar < 0)
-    return np.stack([np.abs(polar[:, 0]), turned[:, 0], np.abs(polar[:, 1]), turned[:, 1]], axis=1)
+    theta, phi = directions[:, [0, 2]], directions[:, [1, 3]]
+    return np.stack([np.abs(theta), phi + np.pi * (theta < 0)], axis=2).reshape(-1, 4)
 
 
 def _symmetry(content: bytes, layout: Layout, reading: Reading, path: str | Path) -> str:
@@ -211,15 +200,14 @@ def _symmetry(content: bytes, layout: Layout, reading: Reading, path: str | Path
     if comment is None or reading.symmetry is not None:
         return NO_SYMMETRY
     text = decode(_SYMMETRY.sub(b"", comment[0]))
-    words = set(text.lower().replace("°", " ").replace(",", " ").split()) - _FILLERS
-    for symmetry, known in _SYMMETRIES:
-        if words == known:
-            return symmetry
+    words = frozenset(re.findall(r"[^\W_]+", text.lower())) - _FILLERS
+    if words in _SYMMETRIES:
+        return _SYMMETRIES[words]
     raise DatasetError(f"symmetry {text[:40]!r} found, expected 180 degrees, or mirror, or 180 degrees and mirror, "
                        f"or none", path, line_number(content, comment.start()))
 
 
-def _in_degrees(unit: str | None, angles: FloatArray, reading: Reading, path: str | Path, line: int) -> bool:
+def _are_degrees(unit: str | None, angles: FloatArray, reading: Reading, path: str | Path, line: int) -> bool:
     """Whether angles are degrees; `UnitsUnknownError` if that is not known."""
     if reading.angles is not None:
         return reading.angles == "degrees"
@@ -230,20 +218,12 @@ def _in_degrees(unit: str | None, angles: FloatArray, reading: Reading, path: st
     return unit != "rad"
 
 
-def _as_asked(columns: Columns, reading: Reading) -> str:
-    """What to add to a note of what the values are, if a user chose it."""
-    if reading.quantity is None:
-        return ""
-    against = columns.cosine in ("i", "s") and columns.cosine != QUANTITIES[reading.quantity].cosine
-    return ", as asked" + ("; the file says otherwise" if against else "")
-
-
-def _by_standard(values: FloatArray, standard: FloatArray, reflected: float, line_of: Callable[[int], int],
+def _divide_by_standard(values: FloatArray, standard: FloatArray, reflected: float, find_line: Callable[[int], int],
                  path: str | Path) -> FloatArray:
     """The BRDF, from what the detector read of the sample and of a diffuse standard: a ratio times its BRDF."""
     dark = np.flatnonzero(standard <= 0)
     if len(dark):
-        raise DatasetError(f"the standard reads {standard[dark[0]]:g}, expected more than 0", path, line_of(dark[0]))
+        raise DatasetError(f"the standard reads {standard[dark[0]]:g}, expected more than 0", path, find_line(dark[0]))
     return np.asarray(values / standard[:, None] * (reflected / np.pi))
 
 

@@ -31,14 +31,13 @@ class Cells(NamedTuple):
     """The complete rows of a table."""
 
     numbers: FloatArray
-    """(n, columns), of the columns that are read."""
+    """(n, columns); 0 in columns that are not read."""
     at: "array[int]"
     """Where in the content each row begins."""
     left_out: int
     """Rows with missing cells."""
-    in_degrees: set[int]
-    """The columns, counted among those that are read, whose numbers have the sign of degrees."""
-    in_percent: set[int]
+    units: dict[int, str]
+    """Of the columns whose numbers have the sign of degrees or of percent: "deg" or "%"."""
     notes: list[str]
     """What was made of decimal signs, where nothing proves them."""
 
@@ -54,7 +53,7 @@ def read(content: bytes, layout: Layout, used: Sequence[int], path: str | Path) 
     is_plain = rest.isascii() and not any(each in rest for each in (b'"', b"'", b"%")) and len({*signs.values()}) == 1
     sign = signs[used[0]]
     numbers, at, left_out = array("d"), array("q"), 0
-    signed: dict[bytes, set[int]] = {b"%": set(), b"": set()}
+    units: dict[int, str] = {}
     for row in lines(content, layout.start):
         line = row[0]
         if is_comment(line):
@@ -73,14 +72,18 @@ def read(content: bytes, layout: Layout, used: Sequence[int], path: str | Path) 
             if (len(cells) < count and separator is None) or not MISSING.isdisjoint(cell.lower() for cell in chosen):
                 left_out += 1
                 continue
-            for k, cell in enumerate(chosen):
-                if cell.endswith((b"%", *_DEGREE)):
-                    signed[cell[-1:] if cell.endswith(b"%") else b""].add(k)
+            for column, cell in zip(used, chosen, strict=True):
+                if cell.endswith(b"%"):
+                    units[column] = "%"
+                elif cell.endswith(_DEGREE):
+                    units.setdefault(column, "deg")
             values = [parse_number(_plain(_bare(cell), signs[column]), path, content, row.start())
                       for column, cell in zip(used, chosen, strict=True)]
         numbers.extend(values)
         at.append(row.start())
-    return Cells(np.frombuffer(numbers).reshape(-1, len(used)), at, left_out, signed[b""], signed[b"%"], notes)
+    whole = np.zeros((len(at), count))
+    whole[:, used] = np.frombuffer(numbers).reshape(-1, len(used))
+    return Cells(whole, at, left_out, units, notes)
 
 
 def _bare(cell: bytes) -> bytes:

@@ -83,7 +83,7 @@ def find(content: bytes, columns: str | None = None) -> Layout | None:
         Names of the columns, separated by commas, whatever the table calls them.
     """
     if columns is not None:
-        return _named(content, split(columns.encode(), b","))
+        return _layout_of_names(content, split(columns.encode(), b","))
     first, fallback = -1, None
     for line, separator, cells in _attempts(content):
         if line[0].startswith(b"VARS"):
@@ -91,11 +91,12 @@ def find(content: bytes, columns: str | None = None) -> Layout | None:
         first = line.start() if first < 0 else first
         if not _POLAR.search(line[0]) or not _are_names(cells):
             continue
-        if _has_rows(content, line.end(), len(cells), separator):
-            return _layout(content, line, cells, separator)
+        layout = _layout(content, line, cells, separator)
+        if _has_rows(content, layout):
+            return layout
         if line.start() == first and fallback is None:      # a table without rows, or with damaged ones
-            fallback = line, cells, separator
-    return None if fallback is None else _layout(content, *fallback)
+            fallback = layout
+    return fallback
 
 
 def _attempts(content: bytes, every: bool = False) -> Iterator[tuple[re.Match[bytes], bytes | None, list[bytes]]]:
@@ -122,25 +123,14 @@ def preview(content: bytes) -> tuple[list[str] | None, list[list[str]]] | None:
     >>> preview(b"a scan\nalpha;beta\n1;2\n3;4,5\n")
     (['alpha', 'beta'], [['1', '2'], ['3', '4,5']])
     """
-    before = current = None
     for line, separator, cells in _attempts(content):
-        before, current = (before if current is not None and current.start() == line.start() else current), line
         if 1 < len(cells) <= MOST_COLUMNS and all(map(is_cell, cells)):
-            return _rows_from(content, line, before, separator)
+            rows = [[*map(decode, split(row[0][:LONGEST], separator))]
+                    for row in islice(_lines(content, line.start()), _PREVIEWED)]
+            *_, before = b"", *(each[0] for each in _lines(content[:line.start()]))
+            heads = ([*map(decode, split(before, each))] for each in ([separator] if separator else [_WIDE, None]))
+            return next((names for names in heads if len(names) == len(rows[0])), None), rows
     return None
-
-
-def _rows_from(content: bytes, line: re.Match[bytes], before: re.Match[bytes] | None,
-               separator: bytes | None) -> tuple[list[str] | None, list[list[str]]]:
-    rows = [[decode(cell) for cell in split(row[0][:LONGEST], separator)]
-            for row in islice(_lines(content, line.start()), _PREVIEWED)]
-    heads = None
-    for candidate in ([separator] if separator else [_WIDE, None]) if before is not None else ():
-        cells = [decode(cell) for cell in split(before[0], candidate)] if before is not None else []
-        if len(cells) == len(rows[0]):
-            heads = cells
-            break
-    return heads, rows
 
 
 def split(line: bytes, separator: bytes | None) -> list[bytes]:
@@ -187,16 +177,13 @@ def _are_names(cells: list[bytes]) -> bool:
     return len(cells) > 2 or (not is_number(cells[1]) and any(names.value(name) is not None for name in shown))
 
 
-def _has_rows(content: bytes, start: int, count: int, separator: bytes | None) -> bool:
-    """Whether a row of so many cells, numbers or missing ones, follows at once, or after a line of units."""
-    for line in islice(_lines(content, start), 2):
-        cells = split(line[0][:LONGEST], None if separator == _WIDE else separator)
-        fits = len(cells) == count if separator in (None, _WIDE) else 0 < len(cells) <= count
-        if fits and sum(map(is_number, cells)) >= 2:
-            return True
-        if not _are_units(cells):
-            break
-    return False
+def _has_rows(content: bytes, layout: Layout) -> bool:
+    """Whether a row follows: of as many cells as there are names, or fewer where empty ones may be left out at its end;
+    two of them are numbers."""
+    row = next(_lines(content, layout.start), None)
+    cells = [] if row is None else split(row[0][:LONGEST], layout.separator)
+    fits = len(cells) == len(layout.names) if layout.separator is None else 0 < len(cells) <= len(layout.names)
+    return fits and sum(map(is_number, cells)) >= 2
 
 
 def _are_units(cells: list[bytes]) -> bool:
@@ -217,20 +204,19 @@ def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator
             units = [unit or names.unit_of(decode(under)) or None
                      for unit, under in zip(units, below + [b""] * len(units), strict=False)]
             start = following.end()
+    rows = [split(line[0][:LONGEST], separator) for line in islice(_lines(content, start), _SOME)] if separator else []
     texts = [k for k, name in enumerate(shown) if name not in ("", SKIPPED) and names.role(name) is None
-             and names.value(name) is None and _is_text(content, start, separator, k)]
+             and names.value(name) is None and _is_text([row[k] for row in rows if k < len(row)])]
     return Layout([SKIPPED if k in texts else name for k, name in enumerate(shown)], units, separator,
                   (0, line.start()), start, line_number(content, line.start()), tuple(shown[k] for k in texts))
 
 
-def _is_text(content: bytes, start: int, separator: bytes | None, column: int) -> bool:
-    """Whether the first rows have text in a column, and no number."""
-    rows = [split(line[0][:LONGEST], separator) for line in islice(_lines(content, start), _SOME)]
-    cells = [row[column] for row in rows if column < len(row)]
-    return separator is not None and not any(map(is_number, cells)) and not all(map(is_cell, cells))
+def _is_text(cells: list[bytes]) -> bool:
+    """Whether cells of a column are text, and none is a number."""
+    return not any(map(is_number, cells)) and not all(map(is_cell, cells))
 
 
-def _named(content: bytes, cells: list[bytes]) -> Layout | None:
+def _layout_of_names(content: bytes, cells: list[bytes]) -> Layout | None:
     """The layout of a table whose columns a user has named: rows begin where there is one for these names."""
     shown = [decode(cell) for cell in cells]
     used = [k for k, name in enumerate(shown) if name not in ("", SKIPPED)]

@@ -29,19 +29,19 @@ class Upright(NamedTuple):
     """Of the names, from 1; each line below it is a measurement, or the units."""
 
 
-def upright(content: bytes) -> Upright | None:
+def transpose_table(content: bytes) -> Upright | None:
     r"""A table that lies on its side, upright; None of what is none.
 
     Examples
     --------
-    >>> found = upright(b"a scan\nIncidence,10,10\nReceive,0,10\nBRDF,.31,.32\n")
+    >>> found = transpose_table(b"a scan\nIncidence,10,10\nReceive,0,10\nBRDF,.31,.32\n")
     >>> found.content, found.line
     (b'a scan\nIncidence\tReceive\tBRDF\n10\t0\t.31\n10\t10\t.32\n', 2)
     """
     first = [line[0] for line in islice(lines(content), _MOST_LINES) if line[0][:1] not in _BEGIN_NUMBERS]
     for separator in SEPARATORS[:-1]:       # a colon is in times
         if any(_is_of_angles(_cells(line, separator)) for line in first):
-            return _transpose([line[0] for line in lines(content)], separator)
+            return _transpose_lines([line[0] for line in lines(content)], separator)
     return None
 
 
@@ -57,7 +57,7 @@ def _is_of_angles(cells: list[bytes]) -> bool:
     return all(map(is_cell, numbers)) and sum(map(is_number, numbers)) > 1
 
 
-def _transpose(every: list[bytes], separator: bytes) -> Upright | None:
+def _transpose_lines(every: list[bytes], separator: bytes) -> Upright | None:
     """The table of the lines that have as many cells as those of angles or fewer, and two after the name or more."""
     count = max(len(cells) for line in every if _is_of_angles(cells := _cells(line, separator)))
     titles: list[bytes] = []

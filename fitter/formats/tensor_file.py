@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ..errors import DatasetError
 from .text import decode
 
-MAGIC = b"tensor_file\0"
-_VERSION = b"\1\0"
+TENSOR_MAGIC = b"tensor_file\0"
+_TENSOR_VERSION = b"\1\0"
 _TYPES = dict(enumerate(("<u1", "<i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8"), 1))
 _MOST_DIMENSIONS = 8
 
@@ -32,9 +32,9 @@ def read(content: bytes, path: str | Path) -> dict[str, NDArray[Any]]:
     dict
         Arrays of the type that the file has them in, read-only, by name.
     """
-    start = len(MAGIC) + len(_VERSION)
-    if content[:start] != MAGIC + _VERSION:
-        raise DatasetError(f"tensor file of version {tuple(content[len(MAGIC):start])}, expected (1, 0)", path)
+    start = len(TENSOR_MAGIC) + len(_TENSOR_VERSION)
+    if content[:start] != TENSOR_MAGIC + _TENSOR_VERSION:
+        raise DatasetError(f"tensor file of version {tuple(content[len(TENSOR_MAGIC):start])}, expected (1, 0)", path)
     arrays: dict[str, NDArray[Any]] = {}
     try:
         count, = struct.unpack_from("<I", content, start)

@@ -22,10 +22,10 @@ from .format import LARGEST_TEXT
 
 _BEGINNING = 400            # bytes by which UTF-16 without a byte-order mark is told: they are in ASCII
 _PRINTED = frozenset(b"\t\r\n" + bytes(range(0x20, 0x7f)))
-_PIECE = rb"(?s:.{0,65535})"
-_LINE = re.compile(rb"\S[^\r\n]*")
-_LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE)
-_TOKENS = re.compile(rb"\S%b\S*" % _PIECE)
+_PIECE_PATTERN = rb"(?s:.{0,65535})"
+_LINE_PATTERN = re.compile(rb"\S[^\r\n]*")
+_LINES_PATTERN = re.compile(rb"\S%b[^\r\n]*" % _PIECE_PATTERN)
+_TOKENS = re.compile(rb"\S%b\S*" % _PIECE_PATTERN)
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _TOKEN = re.compile(rb"\S+")
 
@@ -97,7 +97,7 @@ def lines(content: bytes, start: int = 0) -> Iterator[re.Match[bytes]]:
     >>> [line[0] for line in lines(b"one\r\n\n  two\rthree")]
     [b'one', b'two', b'three']
     """
-    return _LINE.finditer(content, start)
+    return _LINE_PATTERN.finditer(content, start)
 
 
 def line_number(content: bytes, position: int) -> int:
@@ -143,7 +143,7 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
     data.astm:4: 1 entries found, expected 2: a and b
     """
     values = array("d")
-    for piece in _LINES.finditer(content, start, end):
+    for piece in _LINES_PATTERN.finditer(content, start, end):
         rows = [line for line in piece[0].splitlines() if line.strip()]
         regular = all(len(line.split()) == count if separator is None else line.count(separator) == count - 1
                       for line in rows)

@@ -14,18 +14,18 @@ from ..arrays import BoolArray, FloatArray, IntArray
 from ..samples import HORIZON, Samples, subset
 from .reading import Reading
 
-_FROM = np.radians(50)      # no instrument ends before
-_SAME = np.radians(0.01)    # angles that are one
+_FROM_ANGLE = np.radians(50)  # no instrument ends before
+_SAME_ANGLE = np.radians(0.01)  # angles that are one
 _FEWEST = 4                 # values of a line beyond the angle
-_NEARLY_ALL = 0.95          # of the lines
+_NEARLY_ALL_LINES = 0.95    # of the lines
 _MOST_ANGLES = 200          # of a table; more are no table
 _EXACT = 1e-5               # of the value there, by which values follow from it
 _STRAIGHT = 0.03            # likewise on the way to 0 at 90 degrees; Light Tec's lines are resampled
 _BEFORE, _KINK = np.radians(10), 0.15   # how far before the angle, and by how much, a line must differ from that way: a
                             # surface that itself goes to 0 as the cosine does differs by .05 at most
 _ENDS = np.radians(89.5)    # the value at the horizon itself may be anything
-_WORDS = {"straight": "on a straight line to 0 at 90 degrees", "constant": "with the value there again",
-          "zero": "where all are 0"}
+_CONTINUATIONS = {"straight": "on a straight line to 0 at 90 degrees", "constant": "with the value there again",
+                  "zero": "where all are 0"}
 
 
 def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
@@ -49,9 +49,9 @@ def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
         if end is None:
             continue
         angle, rule = end
-        beyond = along > angle + _SAME
+        beyond = along > angle + _SAME_ANGLE
         notes.append(f"Left out as not measured: {np.count_nonzero(kept & beyond):,} of {len(samples):,} samples "
-                     f"beyond {name} = {np.degrees(angle):.4g} degrees, {_WORDS[rule]}")
+                     f"beyond {name} = {np.degrees(angle):.4g} degrees, {_CONTINUATIONS[rule]}")
         kept &= ~beyond
     return samples if not notes else replace(subset(samples, kept), notes=(*samples.notes, *notes))
 
@@ -60,16 +60,16 @@ def _lines(*angles: FloatArray) -> IntArray:
     """A number for each sample: the same for those in which all these angles are the same."""
     number = np.zeros(len(angles[0]), np.int64)
     for angle in angles:
-        steps = np.rint(angle / _SAME).astype(np.int64)
-        _, number = np.unique(number * (round(2 * np.pi / _SAME) + 2) + steps, return_inverse=True)
+        steps = np.rint(angle / _SAME_ANGLE).astype(np.int64)
+        _, number = np.unique(number * (round(2 * np.pi / _SAME_ANGLE) + 2) + steps, return_inverse=True)
     return number
 
 
 def _end(theta: FloatArray, lines: IntArray, values: FloatArray) -> tuple[float, str] | None:
     """The first angle beyond which nearly all lines follow a rule, radians, and the rule; None if they do not."""
-    steps = np.rint(theta / _SAME).astype(np.int64)
+    steps = np.rint(theta / _SAME_ANGLE).astype(np.int64)
     angles = np.unique(steps)
-    candidates = angles[(angles * _SAME >= _FROM)][:-_FEWEST]
+    candidates = angles[(angles * _SAME_ANGLE >= _FROM_ANGLE)][:-_FEWEST]
     if not len(candidates) or len(angles) > _MOST_ANGLES:
         return None
     for rule, follows in (("zero", _is_zero), ("straight", _is_straight), ("constant", _is_constant)):
@@ -77,7 +77,7 @@ def _end(theta: FloatArray, lines: IntArray, values: FloatArray) -> tuple[float,
                  for step in candidates]
         # where it holds from the beginning, that is how the surface is: a Lambertian is constant
         if any(holds) and not holds[0]:
-            return float(candidates[holds.index(True)] * _SAME), rule
+            return float(candidates[holds.index(True)] * _SAME_ANGLE), rule
     return None
 
 
@@ -88,7 +88,7 @@ def _nearly_all(lines: IntArray, beyond: BoolArray, follow: BoolArray) -> bool:
     tested = count >= _FEWEST
     # a table of few lines proves nothing
     return bool(np.count_nonzero(tested) >= _FEWEST
-                and np.count_nonzero(tested & (wrong == 0)) >= _NEARLY_ALL * np.count_nonzero(tested))
+                and np.count_nonzero(tested & (wrong == 0)) >= _NEARLY_ALL_LINES * np.count_nonzero(tested))
 
 
 def _there(here: BoolArray, lines: IntArray, values: FloatArray) -> FloatArray:
@@ -113,7 +113,7 @@ def _is_straight(theta: FloatArray, here: BoolArray, beyond: BoolArray, lines: I
                  ) -> BoolArray:
     if theta.max() < _ENDS:
         return np.zeros(len(theta), dtype=bool)
-    rest = np.maximum(HORIZON - theta, _SAME)
+    rest = np.maximum(HORIZON - theta, _SAME_ANGLE)
     slope = values.mean(axis=1) / rest
     angle = theta[here][0] if here.any() else 0.0
     inside = beyond & (theta < _ENDS)

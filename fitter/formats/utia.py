@@ -33,9 +33,9 @@ from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
 
 THETAS, PHIS = 6, 48
-STEPS = np.radians(15), np.radians(7.5)         # of theta, of phi
-_DIRECTIONS = THETAS * PHIS
-SIZE = 3 * _DIRECTIONS ** 2 * 8                 # bytes
+GRID_STEPS = np.radians(15), np.radians(7.5)    # of theta, of phi
+_DIRECTION_COUNT = THETAS * PHIS
+SIZE = 3 * _DIRECTION_COUNT ** 2 * 8            # bytes
 _SMALLEST, _LARGEST = 1e-8, 1e8                 # of the numbers that are not zero, their median
 _MOST_NEGATIVE = 0.05                           # of all numbers: noise of dark directions
 _NOTES = {"raw": "Values as they are stored; UTIA's files are also taken as encoded: choose the option encoding",
@@ -58,12 +58,12 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if not recognises(content):
         raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
     stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)
-    values = np.moveaxis(_decoded(stored, reading.encoding), 0, -1).copy()      # (theta_i, phi_i, theta_o, phi_o, 3)
+    values = np.moveaxis(_decode(stored, reading.encoding), 0, -1).copy()       # (theta_i, phi_i, theta_o, phi_o, 3)
     values[0, 0] = values[0].mean(axis=0)
     values[:, :, 0, 0] = values[:, :, 0].mean(axis=2)
     distinct = np.ones(values.shape[:-1], dtype=bool)
     distinct[0, 1:] = distinct[:, :, 0, 1:] = False
-    theta, phi = np.arange(THETAS) * STEPS[0], np.arange(PHIS) * STEPS[1]
+    theta, phi = np.arange(THETAS) * GRID_STEPS[0], np.arange(PHIS) * GRID_STEPS[1]
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
     directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes)
     values = values[distinct]
@@ -71,7 +71,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],)), reading)
 
 
-def _decoded(stored: FloatArray, encoding: str) -> FloatArray:
+def _decode(stored: FloatArray, encoding: str) -> FloatArray:
     """The BRDF of what is stored, with one of `_NOTES`; of any shape.
 
     Examples

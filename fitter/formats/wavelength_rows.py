@@ -9,13 +9,14 @@ from ..errors import DatasetError
 
 _MOST = 1000                # wavelengths
 _MICRONS = 20               # a wavelength below it is in micrometres
-_SAME = 1e-9                # of angles, as they are written
+_SAME_WRITTEN = 1e-9        # of angles, as they are written
 _FEWEST = 0.5               # of the cells that directions and wavelengths make, at least this share must be there
 
 
-def in_columns(angles: FloatArray, wavelengths: FloatArray, values: FloatArray, in_microns: bool | None,
-               path: str | Path, line: int) -> tuple[FloatArray, FloatArray, list[str], str]:
-    """One row for each pair of directions, and a column for each wavelength.
+def wavelengths_to_columns(angles: FloatArray, wavelengths: FloatArray, values: FloatArray, in_microns: bool | None,
+                           path: str | Path, line: int) -> tuple[FloatArray, FloatArray, list[str], str]:
+    """One row for each pair of directions that has all wavelengths, in the order in which they begin, and a column for
+    each wavelength. What was measured more than once is averaged.
 
     Raises DatasetError if the directions hardly share their wavelengths.
 
@@ -24,14 +25,11 @@ def in_columns(angles: FloatArray, wavelengths: FloatArray, values: FloatArray, 
     angles : (n, 4) float64
     wavelengths, values : (n,) float64
     in_microns : bool, or None
-        Whether the wavelengths are in micrometres; told from their size if that is not known.
+        Whether the wavelengths are in micrometres; by their size if that is not known.
 
     Returns
     -------
-    angles : (m, 4) float64
-        Of the pairs that have all wavelengths, in the order in which they begin.
-    values : (m, bands) float64
-        What was measured more than once is averaged.
+    angles, values : (m, 4) and (m, bands) float64
     channels : list of str
         Such as 550nm.
     note : str
@@ -39,7 +37,7 @@ def in_columns(angles: FloatArray, wavelengths: FloatArray, values: FloatArray, 
     if in_microns or (in_microns is None and np.abs(wavelengths).max() < _MICRONS):
         wavelengths = wavelengths * 1000
     bands, band = np.unique(np.round(wavelengths, 6), return_inverse=True)
-    rounded = np.round(angles / _SAME)
+    rounded = np.round(angles / _SAME_WRITTEN)
     _, first, pair = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     pair = pair.ravel()
     cells = len(first) * len(bands)

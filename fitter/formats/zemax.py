@@ -64,22 +64,22 @@ from .scattered import weights
 from .spectra import XYZ_TO_SRGB
 from .text import decode, floats, line_number, lines, parse_number, parse_row, parse_rows
 
-_WORDS = "Symmetry", "SpectralContent", "ScatterType"
+_WORD_KEYS = "Symmetry", "SpectralContent", "ScatterType"
 _ANGLES = {"SampleRotation": (-360, 360), "AngleOfIncidence": (0, 90), "ScatterAzimuth": (-360, 360),
            "ScatterRadial": (0, 180)}            # and their range, degrees
-_TABLE = "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"
+_TABLE_KEYS = "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"
 _TURNS = -1                 # phi_i over the rotation of the sample
-_START = rb"(?:\A|(?<=[\r\n]))[ \t]*"
-_MARK = re.compile(_START + rb"(?:ScatterAzimuth|ScatterRadial)[ \t]")
-_KEYWORD = re.compile(_START + rb"(%b)[ \t]+([^\s#]+)" % "|".join((*_WORDS, *_ANGLES)).encode())
-_BEGIN = re.compile(_START + rb"DataBegin\b[^\r\n]*")
+_LINE_START = rb"(?:\A|(?<=[\r\n]))[ \t]*"
+_MARK = re.compile(_LINE_START + rb"(?:ScatterAzimuth|ScatterRadial)[ \t]")
+_ZEMAX_KEYWORD = re.compile(_LINE_START + rb"(%b)[ \t]+([^\s#]+)" % "|".join((*_WORD_KEYS, *_ANGLES)).encode())
+_BEGIN = re.compile(_LINE_START + rb"DataBegin\b[^\r\n]*")
 _LIGHTTOOLS = re.compile(rb"\s*(?:AOI|POI|Side)[ \t]")
-_END = re.compile(_START + rb"DataEnd\b[^\r\n]*")
-_TIS = re.compile(_START + rb"TIS\b([^\r\n]*)")
+_DATA_END = re.compile(_LINE_START + rb"DataEnd\b[^\r\n]*")
+_TIS = re.compile(_LINE_START + rb"TIS\b([^\r\n]*)")
 _LARGEST = 4 << 20          # bytes; a file of 37 rotations has a million
 _ONE_ROTATION = "Measured at 1 rotation: taken as isotropic"
 _TOLD = 0.1                 # of the TIS, by which it and the integral differ where a note says so
-_LOWEST = 1e-9              # cosine below which a direction is on the horizon, but for rounding
+_ZEMAX_HORIZON = 1e-9       # cosine below which a direction is on the horizon, but for rounding
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                            f"{header.words['SpectralContent']}", path)
     shape = [len(header.angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
     values = (np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]).reshape(*shape, expected)
-    notes = _beside_totals(header, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))    # Y of XYZ
-    measured = _measured(values, header.angles["ScatterRadial"] == 0)
+    notes = _totals_note(header, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))      # Y of XYZ
+    measured = _is_measured(values, header.angles["ScatterRadial"] == 0)
     directions = _directions(header, measured)
     if not measured.any():
         raise DatasetError("no measurement above the horizon: all values are 0", path)
@@ -129,7 +129,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     return _both_sides(samples) if symmetrical else samples
 
 
-def _measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
+def _is_measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
     """Which values are not 0: (rotation, incidence, azimuth, radial); of the mirrored ray only one, which gets their
     mean.
     """
@@ -145,10 +145,10 @@ def _measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
 
 def _directions(header: _Header, measured: BoolArray) -> Directions:
     """Those of the values that were measured, radians; those below the horizon no longer count as measured."""
-    theta, azimuth, radial = np.meshgrid(*(np.radians(header.angles[name]) for name in _TABLE), indexing="ij",
+    theta, azimuth, radial = np.meshgrid(*(np.radians(header.angles[name]) for name in _TABLE_KEYS), indexing="ij",
                                          sparse=True)
     z = np.cos(theta) * np.cos(radial) + np.sin(theta) * (np.sin(radial) * np.cos(azimuth))
-    measured &= z > _LOWEST
+    measured &= z > _ZEMAX_HORIZON
     x = np.cos(theta) * (np.sin(radial) * np.cos(azimuth)) - np.sin(theta) * np.cos(radial)
     rotation = _TURNS * np.radians(header.angles["SampleRotation"])
     phi = rotation if len(rotation) > 1 else np.zeros(1)
@@ -159,7 +159,7 @@ def _directions(header: _Header, measured: BoolArray) -> Directions:
 
 def _both_sides(samples: Samples) -> Samples:
     """Samples on one side of the plane of incidence, and on the other as well."""
-    sideways = np.flatnonzero(np.abs(np.sin(samples.phi_o - samples.phi_i)) > _LOWEST)
+    sideways = np.flatnonzero(np.abs(np.sin(samples.phi_o - samples.phi_i)) > _ZEMAX_HORIZON)
     both = subset(samples, np.concatenate([np.arange(len(samples)), sideways]))
     phi_o = both.phi_o.copy()
     phi_o[len(samples):] = 2 * both.phi_i[len(samples):] - phi_o[len(samples):]
@@ -167,7 +167,7 @@ def _both_sides(samples: Samples) -> Samples:
     return replace(both, phi_o=phi_o, notes=(*samples.notes, note))
 
 
-def _beside_totals(header: _Header, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
+def _totals_note(header: _Header, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
     """A note where the TIS of the file and the integral of its values differ, of the incidence that differs most.
 
     Parameters
@@ -176,13 +176,13 @@ def _beside_totals(header: _Header, values: FloatArray, totals: FloatArray) -> t
     totals : (rotation, incidence) float64
         Not a number where the file does not say it.
     """
-    theta_i, azimuth, radial = (np.radians(header.angles[name]) for name in _TABLE)
+    theta_i, azimuth, radial = (np.radians(header.angles[name]) for name in _TABLE_KEYS)
     if (np.diff(azimuth) <= 0).any() or (np.diff(radial) <= 0).any():
         return ()
     weight = np.stack([weights(azimuth, radial, theta) for theta in theta_i])
     found = np.einsum("riap,iap->ri", values, weight)
     with np.errstate(invalid="ignore"):
-        apart = np.where(np.isfinite(totals), np.abs(found - totals) / np.maximum(np.abs(totals), _LOWEST), 0)
+        apart = np.where(np.isfinite(totals), np.abs(found - totals) / np.maximum(np.abs(totals), _ZEMAX_HORIZON), 0)
     if not (apart > _TOLD).any():
         return ()
     rotation, incidence = np.unravel_index(apart.argmax(), apart.shape)
@@ -201,15 +201,15 @@ def _header(path: str | Path, content: bytes) -> _Header:
                            "reflectance as a table with column names", path, line_number(content, begin.start()))
     words: dict[str, str] = {}
     angles: dict[str, FloatArray] = {}
-    for line in _KEYWORD.finditer(content, 0, begin.start()):
+    for line in _ZEMAX_KEYWORD.finditer(content, 0, begin.start()):
         keyword = decode(line[1])
         if keyword in words or keyword in angles:
             raise DatasetError(f"{keyword} a second time", path, line_number(content, line.start(1)))
-        if keyword in _WORDS:
+        if keyword in _WORD_KEYS:
             words[keyword] = decode(line[2])
         else:
             angles[keyword] = _angles(path, content, line, begin.start(), _ANGLES[keyword])
-    missing = [keyword for keyword in (*_WORDS, *_ANGLES) if keyword not in words and keyword not in angles]
+    missing = [keyword for keyword in (*_WORD_KEYS, *_ANGLES) if keyword not in words and keyword not in angles]
     if missing:
         raise DatasetError(f"no line {', '.join(missing)} before DataBegin", path)
     _check_words(words, path)
@@ -232,7 +232,7 @@ def _angles(path: str | Path, content: bytes, line: re.Match[bytes], end: int, l
 
 
 def _check_words(words: dict[str, str], path: str | Path) -> None:
-    symmetry, spectrum, scatter = (words[name] for name in _WORDS)
+    symmetry, spectrum, scatter = (words[name] for name in _WORD_KEYS)
     if scatter.upper() != "BRDF":
         raise DatasetError(f"ScatterType {scatter} found, expected BRDF: transmitted light cannot be used", path)
     if symmetry.lower().removesuffix("4d") not in ("planesymmetrical", "asymmetrical"):
@@ -248,7 +248,7 @@ def _tables(path: str | Path, content: bytes, header: _Header) -> tuple[list[Flo
     tables, totals = [], []
     begin = _BEGIN.search(content)
     while begin is not None:
-        end = _END.search(content, begin.end())
+        end = _DATA_END.search(content, begin.end())
         if end is None:
             raise DatasetError("no line DataEnd after DataBegin", path, line_number(content, begin.start()))
         values, said = _table(path, content, begin.end(), end.start(), header)
@@ -260,7 +260,7 @@ def _tables(path: str | Path, content: bytes, header: _Header) -> tuple[list[Flo
 
 def _table(path: str | Path, content: bytes, start: int, end: int, header: _Header) -> tuple[FloatArray, FloatArray]:
     """The values between DataBegin and DataEnd, and their TIS."""
-    incidences, azimuths, radials = (header.angles[name] for name in _TABLE)
+    incidences, azimuths, radials = (header.angles[name] for name in _TABLE_KEYS)
     most = len(header.angles["SampleRotation"]) * len(incidences)
     totals = [*islice(_TIS.finditer(content, start, end), most + 1)]
     if len(totals) != most:

@@ -1,18 +1,20 @@
-"""Lines, discs and characters in small pictures: (height, width, 4) float32, the bottom row first."""
+"""Lines, discs and characters in small pictures: (height, width, 4) float32, the bottom row first; in pixels from the
+bottom left."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray
+from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 
 Color = tuple[float, float, float, float]
 """Red, green and blue, as they are displayed, and how much it covers."""
 
-BACKGROUND, INK = (0.16, 0.16, 0.16, 1.0), (0.9, 0.9, 0.9, 1.0)
-_UNIT = 0.115               # of the size of text: that of `_FONT`
+BACKGROUND, INK = (0.16, 0.16, 0.16, 1.0), (0.92, 0.92, 0.92, 1.0)
+LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
+_GLYPH_UNIT = 0.115               # of the size of text: that of `_FONT`
 _STROKE = 0.115             # likewise: how wide its lines are
-_FONT = {   # polylines through points, x and y, from the lower left corner; capitals are 6 high
+_GLYPHS = {  # polylines through points, x and y, from the lower left corner; capitals are 6 high
          "0": "10 30 41 45 36 16 05 01 10", "1": "05 26 20", "2": "05 16 36 45 44 00 40",
          "3": "05 16 36 45 44 33 13,33 42 41 30 10 01", "4": "30 36 02 42", "5": "46 06 04 34 43 41 30 10 01",
          "6": "45 36 16 05 01 10 30 41 42 33 13 02", "7": "06 46 10",
@@ -22,16 +24,10 @@ _FONT = {   # polylines through points, x and y, from the lower left corner; cap
 
 
 class Canvas:
-    """A square picture that is drawn into, in pixels from the bottom left: a pen of `plane_plot`.
+    """A picture that is drawn into, (height, width, 4) float32: a pen of `plane_plot`."""
 
-    Attributes
-    ----------
-    picture : (size, size, 4) float32
-    """
-
-    def __init__(self, size: int) -> None:
-        self.picture = np.empty((size, size, 4), dtype=np.float32)
-        self.picture[...] = BACKGROUND
+    def __init__(self, picture: SingleArray) -> None:
+        self.picture = picture
 
     def line(self, points: ArrayLike, color: Color, width: float) -> None:
         """Draw a polyline: (n, 2)."""
@@ -66,11 +62,11 @@ class Canvas:
         self._cover(mask, color)
 
     def text(self, string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0) -> float:
-        """Draw characters of `_FONT` on a base line: their width, of which the share `align` lies left of `at`."""
-        dots, unit, width = [np.zeros((0, 2))], _UNIT * size, 0.0
+        """Draw characters of `_GLYPHS` on a base line: their width, of which the share `align` lies left of `at`."""
+        dots, unit, width = [np.zeros((0, 2))], _GLYPH_UNIT * size, 0.0
         for character in string:
             strokes = [np.array([divmod(int(point), 10) for point in stroke.split()])
-                       for stroke in _FONT[character].split(",")]
+                       for stroke in _GLYPHS[character].split(",")]
             dots += [_dots(unit * stroke + (width, 0)) for stroke in strokes]
             width += unit * (max(stroke[:, 0].max() for stroke in strokes) + 2)
         width -= 2 * unit if string else 0
@@ -78,7 +74,7 @@ class Canvas:
         return width
 
     def _cover(self, mask: FloatArray, color: Color) -> None:
-        """Lay a colour over the picture: (size, size), 0 to 1."""
+        """Lay a colour over the picture: (height, width), 0 to 1."""
         share = color[3] * mask[..., None]
         self.picture[..., :3] += (share * (np.asarray(color[:3]) - self.picture[..., :3])).astype(np.float32)
 

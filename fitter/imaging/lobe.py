@@ -16,9 +16,9 @@ from ..model import Reflectance
 Radius = Literal["cube root", "linear"]
 RADII: dict[Radius, np.ufunc] = {"cube root": np.cbrt, "linear": np.positive}
 
-_FINEST = np.radians(0.05)      # about half of the spacing next to the mirror direction
+_FINEST_ANGLE = np.radians(0.05)  # about half of the spacing next to the mirror direction
 _ON_ONE_SIDE = 120          # directions of the curve in the plane of incidence
-_EVEN = 0.5                     # share of the vertices that are spread evenly
+_EVEN_SHARE = 0.5               # share of the vertices that are spread evenly
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
     """
     theta = _positions_denser_near(theta_i, np.pi / 2, rows)
     # a step in azimuth is short near the normal
-    quarter = _growing(np.pi / 2, columns // 4, min(_FINEST / max(np.sin(theta_i), 1e-9), np.pi))
+    quarter = _growing(np.pi / 2, columns // 4, min(_FINEST_ANGLE / max(np.sin(theta_i), 1e-9), np.pi))
     half = np.concatenate([quarter, np.pi - quarter[-2::-1]])
     phi = phi_i + np.pi + np.concatenate([half, half[1:-1] + np.pi])
 
@@ -99,10 +99,10 @@ def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple
     """
     side = _positions_denser_near(theta_i, np.pi / 2, _ON_ONE_SIDE)
     theta = np.concatenate([-side[:0:-1], side])
-    return theta, at_angle(model, theta_i, phi_i, theta)
+    return theta, evaluate_in_plane(model, theta_i, phi_i, theta)
 
 
-def at_angle(model: Reflectance, theta_i: float, phi_i: float, theta: FloatArray) -> FloatArray:
+def evaluate_in_plane(model: Reflectance, theta_i: float, phi_i: float, theta: FloatArray) -> FloatArray:
     """The values at angles in the plane of incidence, negative on the light's side: (k,) to (k, channels)."""
     return model.evaluate(np.full(len(theta), theta_i), np.full(len(theta), phi_i), np.abs(theta),
                           phi_i + np.where(theta < 0, 0, np.pi))
@@ -110,11 +110,11 @@ def at_angle(model: Reflectance, theta_i: float, phi_i: float, theta: FloatArray
 
 def _positions_denser_near(center: float, end: float, count: int) -> FloatArray:
     """Positions from 0 to end, (count + 1,), closer together near a center, which is among them."""
-    fine_below, fine_above = np.arcsinh(np.array([center, end - center]) / _FINEST)
-    share = _EVEN * center / end + (1 - _EVEN) * fine_below / (fine_below + fine_above)
+    fine_below, fine_above = np.arcsinh(np.array([center, end - center]) / _FINEST_ANGLE)
+    share = _EVEN_SHARE * center / end + (1 - _EVEN_SHARE) * fine_below / (fine_below + fine_above)
     below = int(np.clip(round(count * share), center > 0, count - 1))
-    return np.concatenate([center - _growing(center, below, _FINEST)[::-1],
-                           center + _growing(end - center, count - below, _FINEST)[1:]])
+    return np.concatenate([center - _growing(center, below, _FINEST_ANGLE)[::-1],
+                           center + _growing(end - center, count - below, _FINEST_ANGLE)[1:]])
 
 
 def _growing(length: float, count: int, finest: float) -> FloatArray:
@@ -122,7 +122,7 @@ def _growing(length: float, count: int, finest: float) -> FloatArray:
     if length <= 0:
         return np.zeros(count + 1)
     fine = finest * np.sinh(np.linspace(0, np.arcsinh(length / finest), 2000))
-    order = _EVEN * fine / length + (1 - _EVEN) * np.linspace(0, 1, 2000)
+    order = _EVEN_SHARE * fine / length + (1 - _EVEN_SHARE) * np.linspace(0, 1, 2000)
     positions = np.interp(np.linspace(0, 1, count + 1), order, fine)
     positions[-1] = length
     return positions

@@ -14,7 +14,7 @@ from .pictures import sphere
 SIZE = 128                  # pixels
 
 
-def packed(picture: SingleArray) -> str:
+def pack(picture: SingleArray) -> str:
     """A picture of a lit sphere as text.
 
     Parameters
@@ -27,8 +27,8 @@ def packed(picture: SingleArray) -> str:
     return base64.b85encode(zlib.compress(differences.transpose(2, 0, 1).tobytes(), 9)).decode()
 
 
-def unpacked(text: str) -> SingleArray | None:
-    """The picture in a text that `packed` made, (SIZE, SIZE, 4) float32; None for any other text."""
+def unpack(text: str) -> SingleArray | None:
+    """The picture in a text that `pack` made, (SIZE, SIZE, 4) float32; None for any other text."""
     unzip = zlib.decompressobj()
     try:
         content = unzip.decompress(base64.b85decode(text), 3 * SIZE ** 2)

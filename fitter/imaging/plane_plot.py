@@ -7,31 +7,32 @@ same.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray
-from ..colours import DEFAULT_COLOURS, luminance
+from ..arrays import ArrayLike, BoolArray, FloatArray, SingleArray
+from ..colours import DEFAULT_COLOURS, conversion, luminance
 from ..methods import extrapolation
 from ..model import Reflectance
 from ..samples import Samples
-from .drawing import Color
-from .lobe import RADII, Radius
+from .drawing import BACKGROUND, INK, LIGHT, Canvas, Color
+from .lobe import RADII, Radius, evaluate_in_plane, plane_curve
 
-INK, DIM, FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
-LIGHT: Color = (1.0, 0.75, 0.2, 1.0)
+SIZE = 256                  # pixels of a picture, at a scale of 1
+DIM, FAINT = (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
 PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2, 1.0), (0.35, 0.7, 1.0, 1.0))       # of two materials that are compared
 TEXT, SMALL = 13.0, 11.0    # pixels of text at a scale of 1
 IN_PLANE = np.radians(8)    # samples within this angle of the plane of incidence are plotted
-_GREY: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
-_RGB: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
+_GREY_LINE: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
+_RGB_LINES: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
 _DISC, _BEHIND = (0.15, 0.15, 0.16, 1.0), (0.05, 0.05, 0.05, 1.0)
 _DASH = 5.0                 # pixels of a dash where nobody measured, at a scale of 1
-_RINGS = (1.0, 0.65, 0.35)  # of the radius, about
+_PLOT_RINGS = (1.0, 0.65, 0.35)  # of the radius, about
 _APART = 0.14               # rings, at least
-_CHARACTER = 8              # pixels of a digit at a scale of 1, at most
-_HALF = np.linspace(-np.pi / 2, np.pi / 2, 91)
+_DIGIT_PIXELS = 8           # pixels of a digit at a scale of 1, at most
+_HALF_CIRCLE = np.linspace(-np.pi / 2, np.pi / 2, 91)
 
 
 class Pen(Protocol):
@@ -53,17 +54,6 @@ class Pen(Protocol):
         """Draw text on a base line: its width, of which the share `align` lies left of `at`."""
 
 
-class Curve(NamedTuple):
-    """A fit in the plane: outgoing angles (n,), radians, negative on the light's side; values (n, k), 1/sr; a colour
-    for each of k; where nobody measured, (n,) bool; and samples, (m,) and (m, k), or None."""
-
-    theta: FloatArray
-    values: FloatArray
-    colors: Sequence[Color]
-    is_guess: BoolArray
-    samples: tuple[FloatArray, FloatArray] | None = None
-
-
 class Plotted(NamedTuple):
     """A fit, the space of its colours, and how far its measurements go, as far as that is known."""
 
@@ -72,12 +62,70 @@ class Plotted(NamedTuple):
     reaches: Sequence[extrapolation.MeasuredDomain] = ()
 
 
-class Plane(NamedTuple):
-    """What is seen in a plane of incidence: the angle of the light, radians, the fits, and what radii are."""
+class Curve(NamedTuple):
+    """What is drawn of a fit: outgoing angles (n,), radians, negative on the light's side; values (n, k), 1/sr; a
+    colour for each of k; where it is extrapolated, (n,) bool; and samples, (m,) and (m, k), or None."""
 
+    theta: FloatArray
+    values: FloatArray
+    colors: Sequence[Color]
+    is_extrapolated: BoolArray
+    samples: tuple[FloatArray, FloatArray] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """What is seen in a plane of incidence. Fits are evaluated once, when that is asked for.
+
+    Attributes
+    ----------
+    fits : sequence of Plotted
+        One, of which the channels are drawn, or two, of which the luminance; or none.
+    theta_i, phi_i : float
+        Of the light, radians; of isotropic materials the azimuth does not matter.
+    samples : (m,) and (m, channels) float64, or None
+        Of the first fit, near the plane, as `samples_near_plane` returns them.
+    radius : {"cube root", "linear"}
+        What radii are of values.
+    """
+
+    fits: Sequence[Plotted]
     theta_i: float
-    curves: Sequence[Curve]
+    phi_i: float = 0.0
+    samples: tuple[FloatArray, FloatArray] | None = None
     radius: Radius = "cube root"
+
+    @cached_property
+    def plane_curves(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Of each fit, as `plane_curve` returns it."""
+        return [plane_curve(each.fit, self.theta_i, self.phi_i) for each in self.fits]
+
+    @cached_property
+    def curves(self) -> list[Curve]:
+        """One of each fit."""
+        made = []
+        for number, (each, (theta, values)) in enumerate(zip(self.fits, self.plane_curves, strict=True)):
+            colors = _RGB_LINES if values.shape[1] == len(_RGB_LINES) else _GREY_LINE
+            if len(self.fits) > 1:
+                colors = PAIR[number:number + 1]
+            near = None if self.samples is None or number else (self.samples[0], self._select(each, self.samples[1]))
+            is_extrapolated = extrapolation.is_extrapolated_in_any(np.full(len(theta), self.theta_i), np.abs(theta),
+                                                                   each.reaches)
+            made.append(Curve(theta, self._select(each, values), colors, is_extrapolated, near))
+        return made
+
+    def _select(self, plotted: Plotted, values: FloatArray) -> FloatArray:
+        """What is drawn of values of a fit, (n, channels): of one all channels, of two the luminance, (n, 1)."""
+        if len(self.fits) == 1:
+            return values
+        return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), plotted.colours), 0)[:, None]
+
+    def read(self, theta: float) -> list[tuple[Color, float]]:
+        """The values at an outgoing angle, 1/sr, in the colours that they are drawn in."""
+        values = [self._select(each, evaluate_in_plane(each.fit, self.theta_i, self.phi_i, np.array([theta])))[0]
+                  for each in self.fits]
+        return [(color, float(value)) for curve, row in zip(self.curves, values, strict=True)
+                for color, value in zip(curve.colors, row, strict=True)]
 
     @property
     def largest(self) -> float:
@@ -100,40 +148,10 @@ class Disc:
         return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
 
 
-def curves(fits: Sequence[Plotted], evaluated: Sequence[tuple[FloatArray, FloatArray]], theta_i: float,
-           samples: tuple[FloatArray, FloatArray] | None = None) -> list[Curve]:
-    """The curves of fits in the plane of incidence: of one its channels, of two their luminance.
-
-    Parameters
-    ----------
-    evaluated : sequence of (n,) and (n, channels) float64
-        Outgoing angles, radians, and the values of each fit there, as `plane_curve` returns them.
-    theta_i : float
-        Of the light, radians.
-    samples : (m,) and (m, channels) float64, optional
-        Near the plane, as `near_plane` returns them: of the first fit.
-    """
-    made = []
-    for number, ((_, colours, reaches), (at, values)) in enumerate(zip(fits, evaluated, strict=True)):
-        near = samples if number == 0 else None
-        colors = _RGB if values.shape[1] == len(_RGB) else _GREY
-        if len(fits) > 1:
-            values, colors = _grey(values, colours), PAIR[number:number + 1]
-            near = None if near is None else (near[0], _grey(near[1], colours))
-        is_guess = extrapolation.is_extrapolated_in_any(np.full(len(at), theta_i), np.abs(at), reaches)
-        made.append(Curve(at, values, colors, is_guess, near))
-    return made
-
-
-def _grey(values: FloatArray, space: str) -> FloatArray:
-    """The luminance, (n, 1) at least 0, of values in a colour space, (n, channels)."""
-    return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), space), 0)[:, None]
-
-
 def draw(pen: Pen, disc: Disc, plane: Plane) -> None:
-    """Draw a plane of incidence; without curves, its grid."""
+    """Draw a plane of incidence; without fits, its grid."""
     _draw_grid(pen, disc)
-    if not plane.curves:
+    if not plane.fits:
         return
     _draw_rings(pen, disc, plane)
     theta, scale = plane.theta_i, disc.scale
@@ -147,7 +165,7 @@ def draw(pen: Pen, disc: Disc, plane: Plane) -> None:
 
 def _draw_grid(pen: Pen, disc: Disc) -> None:
     scale = disc.scale
-    pen.fan(disc.points(_HALF, 1.0), _DISC)
+    pen.fan(disc.points(_HALF_CIRCLE, 1.0), _DISC)
     for degrees in range(-90, 91, 15):
         angle = math.radians(degrees)
         is_main = degrees % 30 == 0
@@ -155,7 +173,7 @@ def _draw_grid(pen: Pen, disc: Disc) -> None:
         if is_main:
             x, y = disc.points(angle, 1.0) + 10 * scale * np.array([math.sin(angle), math.cos(angle)])
             pen.text(f"{abs(degrees)}\u00b0", (x, y - 4 * scale), SMALL * scale, DIM, (1 - math.sin(angle)) / 2)
-    pen.line(disc.points(_HALF, 1.0), FAINT, 1.2 * scale)
+    pen.line(disc.points(_HALF_CIRCLE, 1.0), FAINT, 1.2 * scale)
 
 
 def _draw_rings(pen: Pen, disc: Disc, plane: Plane) -> None:
@@ -164,9 +182,9 @@ def _draw_rings(pen: Pen, disc: Disc, plane: Plane) -> None:
     pen.text(unit, disc.center + below, SMALL * disc.scale, DIM, 0.5)
     written = [(0.0, len(unit))]                # length and characters
     for value, length in rings(plane.largest, plane.radius):
-        pen.line(disc.points(_HALF, length), FAINT, disc.scale)
+        pen.line(disc.points(_HALF_CIRCLE, length), FAINT, disc.scale)
         label = shown_value(value)
-        if all(abs(length - other) * disc.radius > (len(label) + count) / 2 * _CHARACTER * disc.scale
+        if all(abs(length - other) * disc.radius > (len(label) + count) / 2 * _DIGIT_PIXELS * disc.scale
                for other, count in written):
             written.append((length, len(label)))
             for side in (-np.pi / 2, np.pi / 2):
@@ -176,12 +194,12 @@ def _draw_rings(pen: Pen, disc: Disc, plane: Plane) -> None:
 def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
     """A line for each channel, dashed where nobody measured, and the samples on it."""
     scale, largest, radius = disc.scale, plane.largest, plane.radius
-    parts = np.split(np.arange(len(curve.theta)), np.flatnonzero(np.diff(curve.is_guess)) + 1)
+    parts = np.split(np.arange(len(curve.theta)), np.flatnonzero(np.diff(curve.is_extrapolated)) + 1)
     for channel, color in enumerate(curve.colors):
         points = disc.points(curve.theta, lengths(curve.values[:, channel], largest, radius))
         for part in parts:
             piece = points[part[0]:part[-1] + 2]
-            if curve.is_guess[part[0]]:
+            if curve.is_extrapolated[part[0]]:
                 pen.strokes(dashes(piece, _DASH * scale), color, 2.2 * scale)
             else:
                 pen.line(piece, color, 2.2 * scale)
@@ -191,6 +209,51 @@ def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
             centers = disc.points(theta, lengths(values[:, channel], largest, radius))
             pen.discs(centers, 3.6 * scale, _BEHIND)
             pen.discs(centers, 2.6 * scale, color)
+
+
+def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float, size: int = SIZE,
+               phi_i: float = 0.0) -> tuple[SingleArray, float]:
+    """Draw one fit or two in the plane of incidence, with the samples of the first near that plane, if there are any.
+
+    Parameters
+    ----------
+    theta_i, phi_i : float
+        Of the light, radians; of isotropic materials the azimuth does not matter.
+
+    Returns
+    -------
+    picture : (size, size, 4) float32
+    shown : float
+        Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
+    """
+    near = None if samples is None else samples_near_plane(samples, theta_i, phi_i)
+    canvas = Canvas(np.full((size, size, 4), BACKGROUND, dtype=np.float32))
+    draw(canvas, picture_disc(size), Plane(fits, theta_i, phi_i, near and near[:2]))
+    return canvas.picture, float("nan") if near is None else near[2]
+
+
+def picture_disc(size: int) -> Disc:
+    """Where the plane of incidence is in a picture of a size."""
+    return Disc(np.array([0.5, 0.31]) * size, 0.385 * size, size / SIZE)
+
+
+def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT_COLOURS) -> SingleArray:
+    """The fit in the plane of incidence, for one angle of incidence, while that plane turns about the normal.
+
+    From left to right the light's azimuth goes through a full turn; from bottom to top the outgoing angle goes from
+    grazing on the light's side, through the normal, to grazing opposite the light. Cube roots of f cos theta_o are
+    shown, the largest of them as 1. Of an isotropic material all columns are equal. theta_i is in radians, the size in
+    pixels, the colours are one of `colours.COLOURS`; the picture is (size, size, 4) float32.
+    """
+    step = (np.arange(size) + 0.5) / size
+    phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
+    value = fit.evaluate(np.full(phi.size, theta_i), phi.ravel(), np.abs(theta).ravel(),
+                         (phi + np.where(theta < 0, 0, np.pi)).ravel()) * np.cos(theta).reshape(-1, 1)
+    linear = np.broadcast_to(np.maximum(value, 0), (phi.size, 3)) @ conversion(colours, DEFAULT_COLOURS).T
+    shown = np.cbrt(np.maximum(linear, 0))
+    picture = np.ones((size, size, 4), dtype=np.float32)
+    picture[..., :3] = (shown / max(shown.max(), 1e-6)).reshape(size, size, 3)
+    return picture
 
 
 def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
@@ -210,7 +273,7 @@ def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
     """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
     `largest`."""
     circles: list[tuple[float, float]] = []
-    for ring in _RINGS:
+    for ring in _PLOT_RINGS:
         value = _round_down_to_digit(largest * (ring ** 3 if radius == "cube root" else ring))
         length = float(lengths(np.array(value), largest, radius))
         if not circles or length < circles[-1][1] - _APART:
@@ -220,10 +283,7 @@ def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
 
 def shown_value(value: float) -> str:
     """A value for people, 1/sr: three digits."""
-    if value == 0:
-        return "0"
-    digits = 2 - math.floor(math.log10(abs(value)))
-    return f"{round(value, digits):.10f}".rstrip("0").rstrip(".") if digits < 8 else f"{value:.1e}"
+    return f"{value:.1e}" if 0 < abs(value) < 1e-6 else np.format_float_positional(value, 3, fractional=False, trim="-")
 
 
 def _round_down_to_digit(value: float) -> float:
@@ -232,7 +292,7 @@ def _round_down_to_digit(value: float) -> float:
     return power * max(math.floor(value / power + 1e-9), 1)
 
 
-def near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+def samples_near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
     """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
     material those whose light is near the azimuth phi_i.
 

@@ -18,18 +18,19 @@ from ..arrays import FloatArray, IntArray
 from ..model import Reflectance, is_isotropic
 
 Sky = Callable[[FloatArray], FloatArray]        # radiance from unit vectors (..., 3): (...)
-_WINDOW = (-0.5, 0.6, 0.62), 0.42, 0.42, 8.4        # direction, half width and half height as slopes, and radiance
-_STRIP = (0.93, 0.05, 0.36), 0.13, 0.75, 3.1
-_CEILING, _WALL, _FLOOR, _REFLECTOR = 0.66, 0.19, 0.12, 0.54    # radiances
+_WINDOW_LIGHT = (-0.5, 0.6, 0.62), 0.42, 0.42, 8.4  # direction, half width and half height as slopes, and radiance
+_STRIP_LIGHT = (0.93, 0.05, 0.36), 0.13, 0.75, 3.1
+_UPPER, _WALL, _LOWER, _REFLECTOR = 0.66, 0.19, 0.12, 0.54  # radiances
 _ANGLES = 40                # of the normal to the view, at which a sphere is looked at
-_RINGS, _SECTORS = 72, 108  # cells of the studio about the view: their angle from it, and their azimuth
+_STUDIO_RINGS, _STUDIO_SECTORS = 72, 108  # cells of the studio about the view: their angle from it, and their azimuth
 _SHOULDER = 2.6             # of the film: b, and a, so that 3.5 is white
 _TOE = ((1 + 3.5 * _SHOULDER) / 3.5 - 1) / 3.5
-_HALF, _TURNS, _PARTS = 36, 32, 3       # half vectors: angles from the normal, azimuths, and parts of their cells
-_MIDDLE = _PARTS ** 2 // 2              # of the parts
-_LAST, _LOWEST = np.radians(89), np.cos(np.radians(89))     # where a material is looked at last: angle, and cosine
+# half vectors: angles from the normal, azimuths, and parts of their cells
+_HALF_VECTORS, _HALF_TURNS, _CELL_PARTS = 36, 32, 3
+_MIDDLE = _CELL_PARTS ** 2 // 2        # of the parts
+_LAST, _LAST_COSINE = np.radians(89), np.cos(np.radians(89))  # where a material is looked at last: angle, and cosine
 _FEW_ANGLES, _FEW_SECTORS, _FEW_HALF, _FEW_TURNS = 18, 40, 28, 24       # the same of an anisotropic material
-_NEAREST, _EVEN = 1e-3, 0.6     # radians: the first of these angles, and from which on they are evenly spaced
+_FIRST_ANGLE, _EVEN_FROM = 1e-3, 0.6  # radians: the first of these angles, and from which on they are evenly spaced
 
 
 def radiance(direction: FloatArray) -> FloatArray:
@@ -45,9 +46,9 @@ def radiance(direction: FloatArray) -> FloatArray:
     (True, True)
     """
     height = direction[..., 1]
-    found = _WALL + (_CEILING - _WALL) * _step(-0.1, 0.9, height) + (_FLOOR - _WALL) * _step(0.05, -0.1, height)
+    found = _WALL + (_UPPER - _WALL) * _step(-0.1, 0.9, height) + (_LOWER - _WALL) * _step(0.05, -0.1, height)
     found = found + _REFLECTOR * _step(-0.5, -0.75, height) * _step(-0.5, 0.3, direction[..., 2])
-    for toward, width, tall, strength in (_WINDOW, _STRIP):
+    for toward, width, tall, strength in (_WINDOW_LIGHT, _STRIP_LIGHT):
         found = found + strength * window(direction, toward, width, tall)
     return np.asarray(found)
 
@@ -72,13 +73,13 @@ def _step(first: float, last: float, value: FloatArray) -> FloatArray:
     return np.asarray(share ** 2 * (3 - 2 * share))
 
 
-def developed(linear: FloatArray) -> FloatArray:
+def develop(linear: FloatArray) -> FloatArray:
     """Linear values (..., 3) as the picture has them: the brightest channel goes by x (1 + a x) / (1 + b x), which
     keeps dark paints legible and white ones and metals within the picture, and the others with it, which keeps the hue.
 
     Examples
     --------
-    >>> developed(np.array([[0.01, 0.02, 0.01], [3.5, 3.5, 1.75]])).round(3).tolist()
+    >>> develop(np.array([[0.01, 0.02, 0.01], [3.5, 3.5, 1.75]])).round(3).tolist()
     [[0.01, 0.02, 0.01], [1.0, 1.0, 0.5]]
     """
     largest = np.maximum(linear.max(axis=-1, keepdims=True), 0)
@@ -90,13 +91,13 @@ def on_sphere(fit: Reflectance, normal: FloatArray) -> FloatArray:
 
     The tangent of an anisotropic material goes around the vertical axis.
     """
-    return under_skies(fit, normal, (radiance,))[0]
+    return sky_radiances(fit, normal, (radiance,))[0]
 
 
-def under_skies(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) -> FloatArray:
+def sky_radiances(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) -> FloatArray:
     """The same under several skies, (skies, n, channels), in the time of one."""
     isotropic = is_isotropic(fit)
-    angles, sectors = (_ANGLES, _SECTORS) if isotropic else (_FEW_ANGLES, _FEW_SECTORS)
+    angles, sectors = (_ANGLES, _STUDIO_SECTORS) if isotropic else (_FEW_ANGLES, _FEW_SECTORS)
     theta_o = np.linspace(0, _LAST, angles)
     seen_at = _radiance_over_azimuth if isotropic else _radiance_at_normals
     shown = np.stack([seen_at(fit, theta, skies) for theta in theta_o], axis=1)     # skies, angles, sectors, channels
@@ -114,27 +115,28 @@ def _radiance_over_azimuth(fit: Reflectance, theta_o: float, skies: tuple[Sky, .
     FFT. (skies, sectors, channels)."""
     theta_i, phi_i, cell, weight = _light_directions(theta_o)
     value = np.maximum(fit.evaluate(theta_i, phi_i, theta_o, 0), 0)
-    weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _RINGS * _SECTORS)
+    weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _STUDIO_RINGS * _STUDIO_SECTORS)
                         for channel in value.T], axis=-1)
-    spectrum = np.conj(np.fft.rfft(weights.reshape(_RINGS, _SECTORS, -1), axis=1))
+    spectrum = np.conj(np.fft.rfft(weights.reshape(_STUDIO_RINGS, _STUDIO_SECTORS, -1), axis=1))
     correlated = np.stack([np.einsum("rsc,rs->sc", spectrum, _sky_spectrum(sky)) for sky in skies])
-    return np.asarray(np.fft.irfft(correlated, _SECTORS, axis=1))
+    return np.asarray(np.fft.irfft(correlated, _STUDIO_SECTORS, axis=1))
 
 
 @cache
 def _light_directions(theta_o: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
     """Incident directions of cells of half vectors, for a normal at an angle to the view: theta_i and phi_i, (n,); and
     of the cells' parts the cell of the sky about the view, (n * parts,), and the projected solid angle, (n, parts)."""
-    h, size = _half_vectors(_HALF, _TURNS)
+    h, size = _half_vectors(_HALF_VECTORS, _HALF_TURNS)
     view = np.array([np.sin(theta_o), 0, np.cos(theta_o)])
     light, weight = _incident(h, size, view)
     middle = light[:, _MIDDLE]
     # to the picture's frame, in which the view is z and the normal leans toward x
     lean = light @ np.array([-np.cos(theta_o), 0, np.sin(theta_o)])
-    ring = np.minimum((np.arccos(np.clip(light @ view, -1, 1)) / np.pi * _RINGS).astype(int), _RINGS - 1)
-    sector = np.floor(np.arctan2(light[..., 1], lean) / (2 * np.pi) * _SECTORS + 0.5).astype(int) % _SECTORS
-    return (np.arccos(np.clip(middle[:, 2], _LOWEST, 1)), np.arctan2(middle[:, 1], middle[:, 0]),
-            (ring * _SECTORS + sector).ravel(), weight)
+    ring = np.minimum((np.arccos(np.clip(light @ view, -1, 1)) / np.pi * _STUDIO_RINGS).astype(int), _STUDIO_RINGS - 1)
+    azimuth = np.arctan2(light[..., 1], lean) / (2 * np.pi)
+    sector = np.floor(azimuth * _STUDIO_SECTORS + 0.5).astype(int) % _STUDIO_SECTORS
+    return (np.arccos(np.clip(middle[:, 2], _LAST_COSINE, 1)), np.arctan2(middle[:, 1], middle[:, 0]),
+            (ring * _STUDIO_SECTORS + sector).ravel(), weight)
 
 
 def _radiance_at_normals(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
@@ -149,7 +151,7 @@ def _radiance_at_normals(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...
         toward = frame @ view
         light, weight = _incident(h, size, toward)
         middle = light[:, _MIDDLE]
-        value = np.maximum(fit.evaluate(np.arccos(np.clip(middle[:, 2], _LOWEST, 1)),
+        value = np.maximum(fit.evaluate(np.arccos(np.clip(middle[:, 2], _LAST_COSINE, 1)),
                                         np.arctan2(middle[:, 1], middle[:, 0]), theta_o,
                                         np.arctan2(toward[1], toward[0])), 0)
         found.append([(weight * sky(light @ frame)).sum(axis=1) @ value for sky in skies])
@@ -167,7 +169,7 @@ def _incident(h: FloatArray, size: FloatArray, view: FloatArray) -> tuple[FloatA
 @cache
 def _sky_spectrum(sky: Sky) -> FloatArray:
     """A sky's radiance in cells about the view, transformed over the azimuth."""
-    return np.asarray(np.fft.rfft(sky(_cells(_RINGS, _SECTORS)), axis=1))
+    return np.asarray(np.fft.rfft(sky(_cells(_STUDIO_RINGS, _STUDIO_SECTORS)), axis=1))
 
 
 def _cells(rings: int, sectors: int) -> FloatArray:
@@ -181,16 +183,16 @@ def _cells(rings: int, sectors: int) -> FloatArray:
 def _half_vectors(count: int, turns: int) -> tuple[FloatArray, FloatArray]:
     """Half vectors about the normal, (n, parts, 3), and their solid angles, (n, parts): cells, where the material is
     looked at, and parts of these, where the studio is."""
-    place = np.concatenate([[0.0], np.geomspace(_NEAREST, np.pi / 2, 4000)])
-    way = np.log1p(place / _NEAREST) + place / (_EVEN / np.log(_EVEN / _NEAREST))
-    edges = np.interp(np.linspace(0, way[-1], count * _PARTS + 1), way, place)
+    place = np.concatenate([[0.0], np.geomspace(_FIRST_ANGLE, np.pi / 2, 4000)])
+    way = np.log1p(place / _FIRST_ANGLE) + place / (_EVEN_FROM / np.log(_EVEN_FROM / _FIRST_ANGLE))
+    edges = np.interp(np.linspace(0, way[-1], count * _CELL_PARTS + 1), way, place)
     theta, phi = np.meshgrid((edges[1:] + edges[:-1]) / 2,
-                             (np.arange(turns * _PARTS) + 0.5) / (turns * _PARTS) * 2 * np.pi, indexing="ij")
+                             (np.arange(turns * _CELL_PARTS) + 0.5) / (turns * _CELL_PARTS) * 2 * np.pi, indexing="ij")
     h = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-    size = np.broadcast_to((-np.diff(np.cos(edges)) * 2 * np.pi / (turns * _PARTS))[:, None], theta.shape)
-    return (_in_cells(h.reshape(count, _PARTS, turns, _PARTS, 3)).reshape(count * turns, -1, 3),
-            _in_cells(size.reshape(count, _PARTS, turns, _PARTS)).reshape(count * turns, -1))
+    size = np.broadcast_to((-np.diff(np.cos(edges)) * 2 * np.pi / (turns * _CELL_PARTS))[:, None], theta.shape)
+    return (_arrange_cells(h.reshape(count, _CELL_PARTS, turns, _CELL_PARTS, 3)).reshape(count * turns, -1, 3),
+            _arrange_cells(size.reshape(count, _CELL_PARTS, turns, _CELL_PARTS)).reshape(count * turns, -1))
 
 
-def _in_cells(parts: FloatArray) -> FloatArray:
+def _arrange_cells(parts: FloatArray) -> FloatArray:
     return np.swapaxes(parts, 1, 2).copy()

@@ -32,8 +32,8 @@ MIRRORS: dict[int, tuple[tuple[int, ...], ...]] = {3: ((1, 1, -1), (-1, -1, 1), 
 """The symmetries of lattices, by the number of axes: the sign of each coordinate, counted from the cube's middle."""
 HALVED: dict[int, tuple[bool, ...]] = {3: (True, False, True), 4: (False, False, False, True)}
 """The axes of which half is stored."""
-_CHUNK = 8192               # points evaluated at a time: fits the processor's cache
-_FEW = 1000                 # points whose control points are read at once: the calls of NumPy take longest
+_DENSE_POINTS = 8192        # points evaluated at a time: fits the processor's cache
+_FEW_POINTS = 1000          # points whose control points are read at once: the calls of NumPy take longest
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,8 +208,8 @@ def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray
     """
     flat = np.ascontiguousarray(control_points.reshape(-1, control_points.shape[-1]).T, dtype=np.float64)
     result = np.empty((len(flat), len(x)))
-    for start in range(0, len(x), _CHUNK):
-        part = slice(start, start + _CHUNK)
+    for start in range(0, len(x), _DENSE_POINTS):
+        part = slice(start, start + _DENSE_POINTS)
         result[:, part] = _evaluate_chunk(flat, level, x[part])
     return result.T
 
@@ -219,7 +219,7 @@ def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
     step = strides(level, x.shape[1])
     first, w = locate(x, level)
     base = first @ step
-    if len(x) <= _FEW:
+    if len(x) <= _FEW_POINTS:
         every, basis = base[:, None] + tap_offsets(step), tensor(w)
         return np.stack([np.einsum("nt,nt->n", points.take(every), basis) for points in flat])
     *outer, inner = (np.ascontiguousarray(axis.T) for axis in w)

@@ -13,7 +13,7 @@ from .. import progress
 from ..arrays import FloatArray, IntArray
 from . import dense
 
-_CHUNK = 1 << 21            # control points that are read at a time: they take 100 MB
+_CONTROL_POINTS_READ = 1 << 21  # control points that are read at a time: they take 100 MB
 
 
 def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
@@ -76,7 +76,7 @@ def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
     box = dense.shape(level, x.shape[1])
     omega = np.zeros(math.prod(box))
     delta = np.zeros((len(omega), z.shape[1]))
-    chunk = _CHUNK >> 2 * x.shape[1]
+    chunk = _CONTROL_POINTS_READ >> 2 * x.shape[1]
     for start in range(0, len(points), chunk):
         tap, w, cube = _taps(points[start:start + chunk], level)
         omega += np.bincount(tap, (w * w).ravel(), minlength=len(omega))

@@ -14,8 +14,8 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from . import dense
 
-_TOGETHER = 1 << 14         # samples whose basis functions are computed at a time
-_TINY = 1e-9                # of the mean diagonal, that makes equations solvable
+_SAMPLES_TOGETHER = 1 << 14  # samples whose basis functions are computed at a time
+_DIAGONAL_SHARE = 1e-9      # of the mean diagonal, that makes equations solvable
 _RIM = 1e-4                 # of the mean diagonal, added to that of each control point's gain
 
 
@@ -74,7 +74,8 @@ class NormalEquations:
         matrix, moment = self.reduced_system(weights, z, norms)
         if not len(matrix):
             return [moment]
-        matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
+        added = max(_DIAGONAL_SHARE * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
+        matrix[np.diag_indices(len(matrix))] += added
         solution = np.linalg.solve(matrix, moment)
         return [solution[unknowns] for unknowns in self._unknowns]
 
@@ -91,7 +92,7 @@ class NormalEquations:
                 matrix[at[:, None], at] = folded
         present, place = np.zeros(self._size + 1, dtype=bool), np.zeros(self._size + 1, dtype=int)
         # the samples, by cell
-        for _, together in itertools.groupby(self._cells, lambda cell: cell[0] // _TOGETHER):
+        for _, together in itertools.groupby(self._cells, lambda cell: cell[0] // _SAMPLES_TOGETHER):
             group = list(together)
             rows = self._order[group[0][0]:group[-1][1]]
             weight = weights[rows, None]
@@ -140,8 +141,8 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     """
     grid, size = dense.Grid(x, level), math.prod(dense.shape(level, x.shape[1]))
     moment, diagonal = np.zeros((size, z.shape[1])), np.zeros(size)
-    for start in range(0, len(x), _TOGETHER):
-        rows = np.arange(start, min(start + _TOGETHER, len(x)))
+    for start in range(0, len(x), _SAMPLES_TOGETHER):
+        rows = np.arange(start, min(start + _SAMPLES_TOGETHER, len(x)))
         basis = grid.basis(rows) * weights[rows, None]
         taps = grid.taps(rows[:, None]).ravel()
         diagonal += np.bincount(taps, (basis ** 2).ravel(), size)

@@ -28,7 +28,7 @@ from ..shader_constants import HASH_FOLD, HASH_HIGH_MULTIPLIER, HASH_LOW_BITS, H
 MAX_KEY = (1 << 26) - 1     # low * multiplier + high * HASH_HIGH_MULTIPLIER < 2^31
 MULTIPLIERS = 1 << 18
 _KEYS_PER_BUCKET = 3.0
-_WORD = 1 << OCCUPANCY_SHIFT
+_OCCUPANCY_WORD = 1 << OCCUPANCY_SHIFT
 _TRIALS_AT_ONCE = 1 << 19   # bounds the memory of `_try_displacements`
 
 
@@ -116,10 +116,10 @@ def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
     >>> [f"{word:b}" for word in occupancy([2, 17], 32)]
     ['100000000000000100', '10']
     """
-    stored = np.zeros((-(-count // _WORD) + 1) * _WORD, dtype=bool)
+    stored = np.zeros((-(-count // _OCCUPANCY_WORD) + 1) * _OCCUPANCY_WORD, dtype=bool)
     stored[np.asarray(keys, dtype=np.int64)] = True
-    starts = np.arange(0, count, _WORD)
-    bits = np.arange(_WORD + ROW_TAPS - 1)
+    starts = np.arange(0, count, _OCCUPANCY_WORD)
+    bits = np.arange(_OCCUPANCY_WORD + ROW_TAPS - 1)
     return np.asarray(stored[starts[:, None] + bits] @ (1 << bits), dtype=np.int32)
 
 

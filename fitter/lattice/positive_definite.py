@@ -4,7 +4,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 
-_SMALL = 96         # rows of a triangle that is inverted at once
+_SMALL_TRIANGLE = 96  # rows of a triangle that is inverted at once
 
 
 def inverse_root(matrix: FloatArray) -> FloatArray:
@@ -26,7 +26,7 @@ def inverse_root(matrix: FloatArray) -> FloatArray:
 def _invert(triangle: FloatArray) -> None:
     """Invert a lower triangle in place, by the inverses of two smaller ones and a product."""
     half = len(triangle) // 2
-    if len(triangle) <= _SMALL:
+    if len(triangle) <= _SMALL_TRIANGLE:
         triangle[:] = np.tril(np.linalg.inv(triangle))
         return
     first, below, second = triangle[:half, :half], triangle[half:, :half], triangle[half:, half:]

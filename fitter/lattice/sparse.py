@@ -10,7 +10,7 @@ from ..arrays import FloatArray, SingleArray
 from . import dense, perfect_hash
 
 MOST_DENSE = 1 << 21        # control points of a lattice that is evaluated with its zeros
-_CHUNK = 4096               # points evaluated at a time otherwise
+_SPARSE_POINTS = 4096       # points evaluated at a time otherwise
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,11 @@ class SparseLattice:
             return dense.evaluate(self.dense, self.level, x)
         result = np.empty((len(x), self.coefficients.shape[1]))
         stored = np.concatenate([self.coefficients, np.zeros((1, self.coefficients.shape[1]))])     # slot -1
-        for start in range(0, len(x), _CHUNK):
-            grid = dense.Grid(x[start:start + _CHUNK], self.level)
+        for start in range(0, len(x), _SPARSE_POINTS):
+            grid = dense.Grid(x[start:start + _SPARSE_POINTS], self.level)
             rows = np.arange(len(grid.first))
             slots = self.index.slots(grid.taps(rows[:, None]))
-            result[start:start + _CHUNK] = np.einsum("nt,ntc->nc", grid.basis(rows), stored[slots])
+            result[start:start + _SPARSE_POINTS] = np.einsum("nt,ntc->nc", grid.basis(rows), stored[slots])
         return result
 
     @cached_property

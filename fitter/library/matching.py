@@ -1,9 +1,9 @@
 """Which materials of the library a photograph of a ball may show, once each has been brought as near as it can be.
 
 The light is taken for a window somewhere and an even sky, both of unknown brightness: a photograph says nothing of its
-exposure. Balls of all materials are computed under each (`studio.under_skies`), and the two brightnesses that suit the
-photograph best are solved for; so is, of a few, the place of the window, which is the same for all materials. Errors
-are relative ones of values to the power of a third, near enough: they weigh the photograph by its power of -2/3.
+exposure. Balls of all materials are computed under each (`studio.sky_radiances`), and the two brightnesses that suit
+the photograph best are solved for; so is, of a few, the place of the window, which is the same for all materials.
+Errors are relative ones of values to the power of a third, near enough: they weigh the photograph by its power of -2/3.
 
 What brings a material nearer is how much brighter, in each channel, its diffuse part and its highlight would have to
 be, as `editing.edited` has them.
@@ -29,21 +29,22 @@ WINDOWS = {"left": (-0.85, 0.25, 0.47), "right": (0.85, 0.25, 0.47), "above": (0
 FEWEST_PIXELS = 32          # along a photograph
 _SIZE = 32                  # pixels along a ball that is compared
 _WITHIN = 0.92              # of its radius: beyond, the background and the camera's blur show
-_HALF = 0.45                # half of a window's sides, as slopes
+_HALF_SIDE = 0.45           # half of a window's sides, as slopes
 _CLIPPED = 0.99             # of 1: values of a picture that ends there
-_DIM = 0.02                 # of the mean, that is added where errors are relative
+_DIM_SHARE = 0.02           # of the mean, that is added where errors are relative
 _LARGEST = 20.0             # factor that brings a material nearer
 _OWN = 0.5                  # what the error without factors counts beside the other: with them alone, three of five
                             # balls of the library's own materials had others before them, a green latex 75
 _LEAST = 0.02               # share of what a ball shows, below which a part is left as it is
-_BANDS = (0.78, 0.86), (0.86, 0.94), (1.04, 1.12), (1.12, 1.2)     # rings about a ball's outline, of its radius
-_SECTORS, _CLEAR = 8, 2     # of the corners, where there is something beside the ball; in so many an outline is seen
+_RING_BANDS = (0.78, 0.86), (0.86, 0.94), (1.04, 1.12), (1.12, 1.2)  # rings about a ball's outline, of its radius
+# of the corners, where there is something beside the ball; in so many an outline is seen
+_CORNER_SECTORS, _CLEAR_SECTORS = 8, 2
 _BESIDE = 0.5               # of the steps beside an outline, that are no part of its own
-_EDGE = 0.22                # relative step at an outline: real balls and the library's before walls of .02 to .15
+_OUTLINE_STEP = 0.22        # relative step at an outline: real balls and the library's before walls of .02 to .15
                             # have .27 or more; gradients, colours and noise of 64 pixels or more at most .21
 _FARTHEST = 0.65            # error of the nearest material: of real balls, and of the library's under other skies, at
                             # most .62; of noise of fewer pixels, of checks and of leaves .69 or more. Both limits are
-                            # tried by tests/fitter/test_matching.py
+                            # tried by tests/fitter/library/test_matching.py
 
 
 class Match(NamedTuple):
@@ -106,12 +107,12 @@ def find_nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple
         raise DatasetError("none is near: no outline of a ball is in this picture, expected one that touches the edges "
                            "of its middle square")
     names = [window] if window else [*WINDOWS]
-    weight = (values + _DIM * values.mean()) ** (-2 / 3)
+    weight = (values + _DIM_SHARE * values.mean()) ** (-2 / 3)
     materials = [each for each in published.list_offered() if is_isotropic(each.model)]
     found: dict[str, list[Match]] = {name: [] for name in names}
     for number, material in enumerate(materials):
         progress.report(number / len(materials), material.label)
-        shown = studio.under_skies(_Split(material.model), normal, (_even_light, *map(_sky, names)))
+        shown = studio.sky_radiances(_Split(material.model), normal, (_even_light, *map(_sky, names)))
         for name, lit in zip(names, shown[1:], strict=True):
             found[name].append(_match(material, shown[0], lit, values, weight))
     best = min(names, key=lambda name: min(each.error for each in found[name]))
@@ -186,12 +187,12 @@ def _has_outline(picture: FloatArray) -> bool:
     x, y = np.meshgrid(place, place)
     radius, turn = np.hypot(x, y), np.arctan2(y, x)
     clear = 0
-    for sector in np.arange(_SECTORS) * np.pi / 4:          # the corners are at odd multiples of pi/4: half of each
+    for sector in np.arange(_CORNER_SECTORS) * np.pi / 4:   # the corners are at odd multiples of pi/4: half of each
         inside = (np.mod(turn - sector, 2 * np.pi) < np.pi / 4) & (np.abs(np.sin(2 * turn)) > np.sin(np.pi / 4))
-        a, b, c, d = (square[inside & (radius > low) & (radius <= high)].mean(axis=0) for low, high in _BANDS)
+        a, b, c, d = (square[inside & (radius > low) & (radius <= high)].mean(axis=0) for low, high in _RING_BANDS)
         step = np.abs(c - b) - _BESIDE * np.maximum(np.abs(b - a), np.abs(d - c))
-        clear += bool((step > _EDGE * (np.abs(b) + np.abs(c))).any())
-    return clear >= _CLEAR
+        clear += bool((step > _OUTLINE_STEP * (np.abs(b) + np.abs(c))).any())
+    return clear >= _CLEAR_SECTORS
 
 
 def _even_light(direction: FloatArray) -> FloatArray:
@@ -200,7 +201,7 @@ def _even_light(direction: FloatArray) -> FloatArray:
 
 @cache
 def _sky(name: str) -> studio.Sky:
-    return partial(studio.window, toward=WINDOWS[name], width=_HALF, tall=_HALF)
+    return partial(studio.window, toward=WINDOWS[name], width=_HALF_SIDE, tall=_HALF_SIDE)
 
 
 def match_lines(window: str, matches: Sequence[Match]) -> list[str]:

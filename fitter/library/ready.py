@@ -31,10 +31,10 @@ from ..storage import files, npz
 PRESET = "Standard"         # whose method it is
 ARGUMENTS: dict[str, Any] = {"diffuse_level": 3, "specular_level": 4, "compression": 92.5, "method": "kriging"}
 FOLDER = Path(__file__).parents[2] / "starter_library" / "fits"
-_INPUTS = [field.name for field in fields(Principled)]
+_INPUT_NAMES = [field.name for field in fields(Principled)]
 _ENGINES = "cycles", "eevee"
 _OF_MIXTURE = "kinds", "errors", "colours", "table"
-_WIDTHS = 3, 1, 1, 1, 3, 1, 1, 1        # of the inputs
+_INPUT_WIDTHS = 3, 1, 1, 1, 3, 1, 1, 1  # of the inputs
 
 
 class Ready(NamedTuple):
@@ -79,7 +79,7 @@ def write(made: Ready, path: str | Path) -> None:
     """Write a fit of three channels into a file, and what belongs to it in single precision."""
     arrays: dict[str, NDArray[Any]] = {
         "fit": np.frombuffer(made.fit.to_bytes(), np.uint8),
-        "principled": np.hstack([getattr(made.principled, name) for name in _INPUTS]).astype(np.float32)}
+        "principled": np.hstack([getattr(made.principled, name) for name in _INPUT_NAMES]).astype(np.float32)}
     for engine, mixture in zip(_ENGINES, (made.nodes.cycles, made.nodes.eevee), strict=True):
         columns = [mixture.theta, *mixture.shape, *(mixture.sampling or ())[1:]]
         colours = [mixture.colour, *(mixture.sampling or ())[:1]]
@@ -122,7 +122,7 @@ def _mixture(kinds: NDArray[Any], errors: NDArray[Any], colours: NDArray[Any], t
 
 
 def _principled(numbers: NDArray[Any]) -> Principled:
-    base, roughness, metallic, level, tint, *others = np.split(numbers.astype(float), np.cumsum(_WIDTHS)[:-1])
+    base, roughness, metallic, level, tint, *others = np.split(numbers.astype(float), np.cumsum(_INPUT_WIDTHS)[:-1])
     return Principled(base, float(roughness[0]), float(metallic[0]), float(level[0]), tint,
                       *(float(each[0]) for each in others))
 

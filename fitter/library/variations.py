@@ -24,7 +24,7 @@ from ..quality.physics import directional_albedo
 VARIATIONS = ("satin", "aged", "lacquered", "wet", "dusty")
 WITHIN_WATER = 0.474
 _SHINES = 3.0               # times the diffuse part that a mirror direction has of what shines
-_MIRROR = np.radians(45)
+_MIRROR_ANGLE = np.radians(45)
 _DUST, _COVERED = np.array([0.42, 0.38, 0.32]), 0.4     # its albedo, and how much of the surface is under it
 _LARGEST = 20.0             # factor of a diffuse part: of what is nearly black
 _LEAST = 1e-4               # albedo that counts
@@ -65,11 +65,11 @@ def variation(name: str, fit: Fit) -> dict[str, Any]:
 
 def _is_shiny(fit: Fit) -> bool:
     """Whether it reflects more where a mirror would than its diffuse part does."""
-    at = _MIRROR, 0, _MIRROR, np.pi
+    at = _MIRROR_ANGLE, 0, _MIRROR_ANGLE, np.pi
     whole, diffuse = (each.evaluate(*at).sum() for each in (fit, edited(fit, highlight=0)))
     return bool(whole > _SHINES * diffuse)
 
 
 def _diffuse_albedo(fit: Fit) -> FloatArray:
     """That of the diffuse part: (3,)."""
-    return np.broadcast_to(directional_albedo(edited(fit, highlight=0), [_MIRROR])[0], (3,))
+    return np.broadcast_to(directional_albedo(edited(fit, highlight=0), [_MIRROR_ANGLE])[0], (3,))

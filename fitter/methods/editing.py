@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from ..coordinates.half_difference import unproject
 from ..model import Reflectance, edit
-from ..model.edit import COAT_WIDTHS, WIDTHS, Edit
+from ..model.edit import COAT_WIDTHS, WIDTH_BOUNDS, Edit
 from ..model.fit import Fit
 from ..model.transform import factor_of_angle
 from ..samples import RGB
@@ -15,13 +15,13 @@ from ..shader_constants import DAMPING_KNOTS
 from . import energy
 
 _PAIRS = 4096               # of directions that the level is found from
-_TURNS = 8                  # azimuths at which an anisotropic fit is looked at
+_EDIT_AZIMUTHS = 8          # azimuths at which an anisotropic fit is looked at
 _QUANTILE = 0.25            # of the reflectance over the projected hemispheres: half of a lobe that is broad lies above
 _LEAST_LEVEL = 1e-6         # 1/sr (numerical)
-_CELLS = 48, 24             # of the integrals of the balance; `energy.reflected_light` explains them
+_BALANCE_CELLS = 48, 24     # of the integrals of the balance; `energy.reflected_light` explains them
 _ROUNDS = 40                # each brings the light much closer to what it was
 _LARGEST_FACTOR = 16.0      # of the balance: where a highlight has lost all of its light, there is nothing to raise
-_KNOTS = unproject(np.minimum(np.arange(DAMPING_KNOTS) / (DAMPING_KNOTS - 1), 0.995))
+_KNOT_ANGLES = unproject(np.minimum(np.arange(DAMPING_KNOTS) / (DAMPING_KNOTS - 1), 0.995))
 
 
 def edited(fit: Fit, diffuse: ArrayLike = 1.0, highlight: ArrayLike = 1.0, width: float = 1.0, coat: float = 0.0,
@@ -58,7 +58,7 @@ def edited(fit: Fit, diffuse: ArrayLike = 1.0, highlight: ArrayLike = 1.0, width
     [0.1]
     """
     factors = [_factor("diffuse", diffuse), _factor("highlight", highlight)]
-    for name, value, (low, high) in (("width", width, WIDTHS), ("coat", coat, (0.0, 1.0)),
+    for name, value, (low, high) in (("width", width, WIDTH_BOUNDS), ("coat", coat, (0.0, 1.0)),
                                      ("coat_width", coat_width, COAT_WIDTHS)):
         if not low <= value <= high:
             raise ValueError(f"{name} is {value}, expected {low:g} to {high:g}")
@@ -128,7 +128,7 @@ def split_level(model: Reflectance, isotropic: bool = True) -> FloatArray:
     at = np.arange(_PAIRS)
     u, v, turn = ((0.5 + at * step) % 1 for step in (0.8191725134, 0.6710436067, 0.5497004779))     # a rank-1 lattice
     theta_i, theta_o, phi_o = np.arcsin(np.sqrt(u)), np.arcsin(np.sqrt(v)), 2 * np.pi * turn
-    phi_i = np.zeros(_PAIRS) if isotropic else 2 * np.pi * (at % _TURNS) / _TURNS
+    phi_i = np.zeros(_PAIRS) if isotropic else 2 * np.pi * (at % _EDIT_AZIMUTHS) / _EDIT_AZIMUTHS
     values = model.evaluate(theta_i, phi_i, theta_o, phi_i + phi_o)
     return np.maximum(np.quantile(values, _QUANTILE, axis=0), _LEAST_LEVEL)
 
@@ -137,10 +137,11 @@ def _balance(fit: Fit, level: FloatArray, width: float) -> FloatArray:
     """`Edit.balance`: (DAMPING_KNOTS, columns)."""
     ones = np.ones(len(level))
     edits = (Edit(ones, ones, level, each) for each in (1.0, width))
-    before, after = (energy.reflected_light(_LatticeColumns(fit, each), _KNOTS, _CELLS).mean(axis=0) for each in edits)
+    before, after = (energy.reflected_light(_LatticeColumns(fit, each), _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0)
+                     for each in edits)
     wanted, control_points = before.sum(axis=1), np.ones((DAMPING_KNOTS, len(level)))
     for _ in range(_ROUNDS):
-        reflected = factor_of_angle(control_points, _KNOTS) * np.einsum("vkc,kc->vc", after, control_points)
+        reflected = factor_of_angle(control_points, _KNOT_ANGLES) * np.einsum("vkc,kc->vc", after, control_points)
         ratio = np.divide(wanted, reflected, out=np.ones_like(wanted), where=(reflected > 0) & (wanted > 0))
         control_points = np.clip(control_points * np.sqrt(ratio), 1 / _LARGEST_FACTOR, _LARGEST_FACTOR)
     return control_points
@@ -148,4 +149,4 @@ def _balance(fit: Fit, level: FloatArray, width: float) -> FloatArray:
 
 def _coat_transmittance(weight: float, width: float) -> FloatArray:
     """`Edit.through`: (DAMPING_KNOTS, 1). The albedo is smooth, so that control points may be its values."""
-    return 1 - weight * energy.reflected_light(_Coat(width), _KNOTS, _CELLS).mean(axis=0).sum(axis=1)
+    return 1 - weight * energy.reflected_light(_Coat(width), _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0).sum(axis=1)

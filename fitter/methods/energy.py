@@ -29,12 +29,13 @@ from .lattices import MAX_STRATIFIED
 OUTGOING_ANGLES = np.radians([*range(0, 80, 2), *range(80, 91)])
 """Polar angles at which the albedo is checked, radians."""
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
-_FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
+_FEW_POLAR_ANGLES = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
 _FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
-_CELLS, _FINE_CELLS = (32, 16), (64, 24)        # of the integral on either side of the angle, and of either half of the
+# of the integral on either side of the angle, and of either half of the
+_COARSE_CELLS, _FINE_CELLS = (32, 16), (64, 24)
                                                 # azimuths: of all, and of large albedos
-_AZIMUTHS = tuple(np.radians(range(0, 360, 45)).tolist())   # at which an anisotropic fit is looked at
-_LARGE = 0.93               # an albedo that is integrated in finer steps
+_LIGHT_AZIMUTHS = tuple(np.radians(range(0, 360, 45)).tolist())  # at which an anisotropic fit is looked at
+_LARGE_ALBEDO = 0.93        # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
 _ROUNDS = 30                # by the square root, each of which halves the excess or better
 _INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
@@ -51,7 +52,7 @@ def conserve_energy(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
         What was fitted: tells how far the measurement reaches, and what it lost.
     """
     with progress.part(0.0, 0.15):
-        few = reflected_light(fit, _FEW, _CELLS)
+        few = reflected_light(fit, _FEW_POLAR_ANGLES, _COARSE_CELLS)
     if few.sum(axis=2).max() < _FAR_FROM_1:
         return fit
     with progress.part(0.15, 1.0):
@@ -68,10 +69,10 @@ def _reflected_at_angles(fit: Fit, few: FloatArray) -> FloatArray:
     """`reflected_light` at `OUTGOING_ANGLES`, given that at a few angles."""
     azimuths: tuple[float, ...] | None = None
     if not fit.isotropic:       # the brightest of them
-        azimuths = tuple(_AZIMUTHS[way] for way in {*few.sum(axis=2).max(axis=2).argmax(axis=0)})
+        azimuths = tuple(_LIGHT_AZIMUTHS[way] for way in {*few.sum(axis=2).max(axis=2).argmax(axis=0)})
     with progress.part(0.0, 0.8):
-        light = reflected_light(fit, OUTGOING_ANGLES, _CELLS, azimuths)
-    large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE
+        light = reflected_light(fit, OUTGOING_ANGLES, _COARSE_CELLS, azimuths)
+    large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE_ALBEDO
     if large.any():
         with progress.part(0.8, 1.0):
             light[:, large] = reflected_light(fit, OUTGOING_ANGLES[large], _FINE_CELLS, azimuths)
@@ -93,7 +94,7 @@ def reflected_light(model: Reflectance, theta: FloatArray, cells: tuple[int, int
         azimuths = 0.0,
     else:                       # and not symmetric about the plane of incidence
         turn, step = np.concatenate([turn, -turn]), np.tile(step / 2, 2)
-        azimuths = azimuths or _AZIMUTHS
+        azimuths = azimuths or _LIGHT_AZIMUTHS
     light = []
     for number, angle in enumerate(theta):
         progress.report(number / len(theta))

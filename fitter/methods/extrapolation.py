@@ -18,8 +18,8 @@ from ..coordinates import direction_sampling
 from ..samples import HORIZON, Samples
 from ..shader_constants import LEAST_LENGTH
 
-_DIRECTIONS = 4000          # at which the field of many samples is extrapolated
-_STEPS = 20                 # of bisection
+_EXTRAPOLATED_DIRECTIONS = 4000  # at which the field of many samples is extrapolated
+_BISECTIONS = 20            # of bisection
 _FAR = np.radians(3)        # over which the colour of a process becomes that of the last angles
 _MARGIN = np.radians(0.5)   # beyond the last angle that counts as measured
 
@@ -49,8 +49,8 @@ def is_extrapolated_in_any(theta_i: FloatArray, theta_o: FloatArray, limits: Ite
 
 
 def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:
-    """Directions outside the measured domain, at most `_DIRECTIONS` of them: four (n,) arrays, radians."""
-    every = direction_sampling.sample_directions(_DIRECTIONS, isotropic)
+    """Directions outside the measured domain, at most `_EXTRAPOLATED_DIRECTIONS` of them: four (n,) arrays, radians."""
+    every = direction_sampling.sample_directions(_EXTRAPOLATED_DIRECTIONS, isotropic)
     return select_directions(every, is_extrapolated(every[0], every[2], limits))
 
 
@@ -79,7 +79,7 @@ def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
         return *angles[0], *angles[1]
 
     # the largest difference angle within the domain
-    for _ in range(_STEPS):
+    for _ in range(_BISECTIONS):
         middle = (low + high) / 2
         theta_i, _, theta_o, _ = pair_at(middle)
         out = is_extrapolated(theta_i, theta_o, limits)

@@ -33,7 +33,7 @@ LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ranges of the kernel
 NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # variances of noise; of these three the likelihood takes one each
 _TINY = 1e-7                # added to every variance of noise: makes the covariance invertible
 _ROUNDS = 2                 # over all that is chosen
-_CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory, and fits the processor's cache
+_KERNEL_ROWS = 256          # rows of the kernel matrix at a time: bounds the memory, and fits the processor's cache
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class Kernel:
     def gram(self, mu: FloatArray) -> FloatArray:
         """Covariance of the field between points, half of which is computed: (n, axes) to (n, n)."""
         total = np.empty((len(mu), len(mu)))
-        for start in range(0, len(mu), _CHUNK):
-            rows = slice(start, start + _CHUNK)
+        for start in range(0, len(mu), _KERNEL_ROWS):
+            rows = slice(start, start + _KERNEL_ROWS)
             total[rows, :rows.stop] = self._covariance(mu[rows], mu[:rows.stop])
             total[:rows.stop, rows] = total[rows, :rows.stop].T
         return total
@@ -87,8 +87,8 @@ class Kernel:
 
 def _apply_to_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
     """A function of points, (k, axes) to (k, columns), of few at a time: (n, axes) to (n, columns)."""
-    return np.concatenate([np.zeros((0, columns)), *(function(mu[start:start + _CHUNK])
-                                                     for start in range(0, len(mu), _CHUNK))])
+    return np.concatenate([np.zeros((0, columns)), *(function(mu[start:start + _KERNEL_ROWS])
+                                                     for start in range(0, len(mu), _KERNEL_ROWS))])
 
 
 def _images(axes: int, reciprocity: float) -> Iterator[tuple[float, tuple[int, ...]]]:

@@ -27,7 +27,7 @@ _WIDEST = 0.05              # a lobe, as a slope; samples resolve wider ones
 _POWER = 3.0                # of inverse squared distances
 _COINCIDENT = 1e-6          # squared distance of samples that are taken as one
 _LEAST_SHARE = 0.01         # up to which a direction is outside of the highlight
-_FAILED = 1.0               # noise, relative to the field's variance, above which a sample says nothing
+_FAILED_NOISE = 1.0         # noise, relative to the field's variance, above which a sample says nothing
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, kno
     left_out : (n, channels) float64
         Each sample's field as the process of the others has it. So is the second result, with the highlight's colours.
     """
-    share = np.where(known < _FAILED, highlight_share(transform, samples.directions), 0.0)
+    share = np.where(known < _FAILED_NOISE, highlight_share(transform, samples.directions), 0.0)
     if np.count_nonzero(share) < 2 or left_out.shape[1] == 1:
         return None, left_out
     field = transform.field(samples.values, *samples.directions)

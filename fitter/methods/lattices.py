@@ -37,12 +37,12 @@ _NEAR = 30                  # degrees from the mirror direction, up to which hal
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 MAX_STRATIFIED = 50_000     # samples that lattices are fitted to: of a few thousand control points more say no more
 _LOOKED_AT = 4 * MAX_STRATIFIED     # samples of which these are chosen
-_CELLS, _STRATIFIED = 4096, 0.35    # of a grid, in each of which as many are chosen, and their share; the rest anywhere
+_STRATA, _STRATIFIED = 4096, 0.35   # of a grid, in each of which as many are chosen, and their share; the rest anywhere
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
                             # finer one is refined from it, and corrected where that helps most
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
-_PARTS, _STEPS = 5, 2       # lots in which incidences are left out, and how many of these are told apart in a degree
-_ALIKE = 1.06               # errors of kernels up to this ratio are no different
+_PARTS, _LOT_STEPS = 5, 2   # lots in which incidences are left out, and how many of these are told apart in a degree
+_ALIKE_ERRORS = 1.06        # errors of kernels up to this ratio are no different
 _PRIOR_PRECISION = 0.1      # of a control point that moves from the spline through the nodes: errors at as many samples
                             # as that count as much as a move (.01 follows 1,439 samples too closely, 1 few too little)
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
@@ -221,7 +221,7 @@ def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
     """
     if len(x) <= MAX_STRATIFIED:
         return np.arange(len(x)), np.ones(len(x))
-    side = round(_CELLS ** (1 / x.shape[1]))
+    side = round(_STRATA ** (1 / x.shape[1]))
     cell = np.ravel_multi_index(tuple(np.minimum((x * side).astype(np.int64), side - 1).T), (side,) * x.shape[1])
     random = np.random.default_rng(0)
     shuffled = random.permutation(len(x))
@@ -328,15 +328,17 @@ class IncidenceValidation:
         """The first of kernels whose cross-validated error is the least, but for what so coarse a lattice does not
         show."""
         errors = [self.error(kernel) for kernel in kernels]
-        return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= _ALIKE * min(errors))
+        most = _ALIKE_ERRORS * min(errors)
+        return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= most)
 
 
 def _parts(samples: Samples) -> IntArray:
     """The lot in which each sample is left out, (n,), -1 for never."""
-    steps = np.rint(np.degrees(samples.theta_i) * _STEPS).astype(np.int64)
+    steps = np.rint(np.degrees(samples.theta_i) * _LOT_STEPS).astype(np.int64)
     incidences = steps
     if not samples.isotropic:
-        incidences = steps * 360 * _STEPS + np.rint(np.degrees(samples.phi_i % (2 * np.pi)) * _STEPS).astype(np.int64)
+        azimuths = np.degrees(samples.phi_i % (2 * np.pi))
+        incidences = steps * 360 * _LOT_STEPS + np.rint(azimuths * _LOT_STEPS).astype(np.int64)
     between = (steps > steps.min()) & (steps < steps.max())
     if not between.any():
         return np.arange(len(samples)) % _PARTS

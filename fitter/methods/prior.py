@@ -38,12 +38,12 @@ _DIP = 0.1                  # at which fibres start
 _NARROWEST_FIBRE = 0.02     # narrower ones are what noise looks like between samples at a few rotations
 _PARAMETERS = 3             # of a lobe's shape
 _ANISOTROPIC_PARAMETERS = 5     # of an anisotropic lobe's shape
-_TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths
+_START_AZIMUTHS = np.radians((0, 45, 90, 135))  # at which lobes start to have two widths
 _ASPECT = 3.0                           # the ratio of these widths
 WEIGHT = 1 / 3              # errors of the logarithm weigh (f + offset) to this power, in all steps: they then count
                             # as much as those of the cube root of f, by which fits are judged
 _FIRST_ITERATIONS, _PROMISING = 8, 2     # from every start, and how many starts are followed further
-_ITERATIONS = 40
+_PRIOR_ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
 _REGULARISATION = 1e-2                # of every parameter toward its start: holds what the samples do not determine
 _COLOURLESS = 0.1           # of a lobe's strengths toward their mean: no channel loses a lobe that the others have
@@ -102,7 +102,7 @@ def _add_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, 
     """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest; with
     fibres, along several azimuths."""
     models = []
-    for turn in _TURNS if kind == "fibre" else (0.0,):
+    for turn in _START_AZIMUTHS if kind == "fibre" else (0.0,):
         across = _DIP if kind == "fibre" else alpha
         shape = lobe(kind, problem.at, problem.surface_components, alpha, NO_GAMMA, f0, across, turn)
         brightest = np.argsort(shape)[-max(3, len(shape) // 100):]
@@ -123,7 +123,7 @@ def _elongate(model: Microfacet) -> list[Microfacet]:
     mean = np.sqrt(model.alpha[-1] * model.across[-1])
     return [replace(model, alpha=np.append(model.alpha[:-1], mean / np.sqrt(_ASPECT)),
                     across=np.append(model.across[:-1], mean * np.sqrt(_ASPECT)), turn=np.append(model.turn[:-1], turn))
-            for turn in _TURNS]
+            for turn in _START_AZIMUTHS]
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class _Problem:
     def best_model(self, starts: list[Microfacet]) -> tuple[Microfacet, float]:
         """The best model near several starts, and its sum of squares."""
         promising = sorted((self.minimise(start, _FIRST_ITERATIONS) for start in starts), key=_cost)[:_PROMISING]
-        return min((self.minimise(model, _ITERATIONS) for model, _ in promising), key=_cost)
+        return min((self.minimise(model, _PRIOR_ITERATIONS) for model, _ in promising), key=_cost)
 
     def minimise(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
         """The model of the least regularised squares near a start, by Levenberg and Marquardt, and its sum of

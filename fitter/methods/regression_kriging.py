@@ -41,22 +41,23 @@ from .levels import Levels
 
 MAX_GAUSSIAN_PROCESS_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
 CEILING = 4.0               # a fit is at most 4 times the largest sample
-_STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
+_TRIED_STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
 _BACK_STRETCH = 33.0        # of many samples above a prior with a lobe about retro-reflection
 _RESOLVED = 0.4             # of a stretch times the finest measured half angle: above, cells have no samples
-_FEW = 5                    # half angles that may be finer, and samples nearer to retro-reflection
+_FEW_HALF_ANGLES = 5        # half angles that may be finer, and samples nearer to retro-reflection
 _THINNEST = 0.01            # softening radius of few samples
 _SEARCHED = 450             # samples of which the likelihood is computed
 _OF_LATTICES = 4000         # samples to which lobes are fitted, and of many those of which it is computed
 _ROUGHNESSES = (0.7, 1e-5), (1.0, 1e-4), (1.75, 1e-4), (1.75, 1e-3)     # lengths and noises of kernels for many
                             # samples, from rough fields to smooth ones; under the first the rest is chosen
-_FAILED, _RARELY = 5.0, 0.01    # samples this many times below the prior count as failures, if they are at most this
+# samples this many times below the prior count as failures, if they are at most this
+_FAILED_FACTOR, _RARELY = 5.0, 0.01
                             # share
 _FAILURE = 10.0             # variance of the noise of failures, relative to the field's
-_ALIKE = np.radians(1)      # polar angles that are taken as equal
+_EQUAL_ANGLES = np.radians(1)  # polar angles that are taken as equal
 _BOTH_WAYS = 0.1            # share of the pairs measured the rarer way, from which samples tell if they are reciprocal
-_POSITIVE, _MOST_GREY = 0.99, 0.8   # share of the bright samples that grey makes positive; of it, at most
+_POSITIVE_SHARE, _MOST_GREY = 0.99, 0.8  # share of the bright samples that grey makes positive; of it, at most
 _TYPICAL, _OF_TYPICAL = 400, 10_000     # directions whose median is the offset, and samples that are looked at
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
 _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vector
@@ -126,7 +127,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     known = _known_noise(samples, transform)
     field, left_out = gaussian_process.krige(
         _mu(coordinates, samples), transform.field(samples.values, *samples.directions), likeliest.kernel, known)
-    room = replace(cast(HalfDifference | Rusinkiewicz, coordinates), stretch=_STRETCHES[-1])
+    room = replace(cast(HalfDifference | Rusinkiewicz, coordinates), stretch=_TRIED_STRETCHES[-1])
     found, left_out = highlight.find(samples, transform, room, known, left_out)
     plausible = replace(transform, floor=0.0)
     return Estimate(coordinates, transform, likeliest.kernel, field, found,
@@ -178,8 +179,8 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
         if len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
             return [[HalfAngle(stretch) for stretch in (0.0, 2.0, *stretches)]]
         softening = _softening(samples)
-        return [[HalfDifference(softening, stretch) for stretch in _STRETCHES],
-                [Rusinkiewicz(rusinkiewicz.SINES * softening, stretch) for stretch in _STRETCHES]]
+        return [[HalfDifference(softening, stretch) for stretch in _TRIED_STRETCHES],
+                [Rusinkiewicz(rusinkiewicz.SINES * softening, stretch) for stretch in _TRIED_STRETCHES]]
     stretches = stretches or [_STRETCHES_OF_MANY[0]]
     families: list[list[Coordinates]] = [[AnisotropicRusinkiewicz(each, each) for each in stretches]]
     if not model.isotropic:
@@ -211,7 +212,7 @@ def _softening(samples: Samples) -> float:
 
 def _sixth_smallest(numbers: FloatArray) -> float:
     """The sixth smallest of numbers, up to 1."""
-    return float(np.sort(np.append(numbers, np.ones(_FEW + 1)))[_FEW])
+    return float(np.sort(np.append(numbers, np.ones(_FEW_HALF_ANGLES + 1)))[_FEW_HALF_ANGLES])
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
@@ -257,7 +258,7 @@ def _reciprocities(samples: Samples) -> Sequence[float]:
     """Those among which samples choose: of nearly all pairs measured one way, say with the light the steeper direction,
     nothing tells how they differ from those measured the other way, and the field is reciprocal."""
     apart = samples.theta_i - samples.theta_o
-    apart = apart[np.abs(apart) > _ALIKE]
+    apart = apart[np.abs(apart) > _EQUAL_ANGLES]
     both_ways = len(apart) and min((apart > 0).mean(), (apart < 0).mean()) >= _BOTH_WAYS
     return RECIPROCITIES if both_ways else RECIPROCITIES[-1:]
 
@@ -269,7 +270,7 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
     next to nothing amid a lobe; where there are many, it is the prior that fails.
     """
     field = transform.field(samples.values, *samples.directions)
-    failed = field.mean(axis=1) < -math.log(_FAILED)
+    failed = field.mean(axis=1) < -math.log(_FAILED_FACTOR)
     noise = np.where(failed & (failed.mean() <= _RARELY), _FAILURE, 0.0)
     if samples.deviation is not None:
         bright = np.abs(samples.values).mean(axis=1)
@@ -286,7 +287,7 @@ def _desaturation(values: FloatArray) -> float:
     mean, least = values.mean(axis=1), values.min(axis=1)
     bright = (mean >= np.median(mean)) & (mean > least) & (mean > 0)
     shares = np.maximum(-least[bright], 0) / (mean - least)[bright]
-    return float(min(np.quantile(shares, _POSITIVE), _MOST_GREY)) if len(shares) else 0.0
+    return float(min(np.quantile(shares, _POSITIVE_SHARE), _MOST_GREY)) if len(shares) else 0.0
 
 
 def _typical(samples: Samples) -> FloatArray:

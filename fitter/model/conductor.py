@@ -22,8 +22,9 @@ from .microfacet import Microfacet, geometry, surface_components
 
 _COSINES = np.linspace(0, 1, 513)       # at which F is tabulated: errors between them are below 1e-5
 _QUADRATURE = 48                        # midpoints of either random number that E is integrated over
-_THETA, _PHI = np.linspace(0, np.pi / 2, 46), np.linspace(0, np.pi / 2, 10)     # at which E is tabulated
-_WEIGHT = np.sin(2 * _THETA) / np.sin(2 * _THETA).sum()         # of these polar angles in a mean over cosines
+_TABLE_ANGLES, _PHI = np.linspace(0, np.pi / 2, 46), np.linspace(0, np.pi / 2, 10)    # at which E is tabulated
+# of these polar angles in a mean over cosines
+_COSINE_WEIGHT = np.sin(2 * _TABLE_ANGLES) / np.sin(2 * _TABLE_ANGLES).sum()
 _LEAST = 1e-9                           # the least that is divided by
 
 
@@ -79,7 +80,7 @@ class Conductor:
         """The model with F as at normal incidence, and of the light of several bounces its mean over the hemisphere."""
         f0 = self._fresnel[-1]
         across, turn = ((np.zeros(0),) * 2 if self.isotropic else (np.array([self.across]), np.zeros(1)))
-        diffuse = self._multiple_scattering * float((_WEIGHT @ (1 - self._albedo).mean(axis=1)) ** 2)
+        diffuse = self._multiple_scattering * float((_COSINE_WEIGHT @ (1 - self._albedo).mean(axis=1)) ** 2)
         strength = f0[None] / (np.pi * self.alpha * self.across)
         return Microfacet(diffuse, strength, np.array([self.alpha]), np.full(1, 2.0), np.ones(1), across=across,
                           turn=turn)
@@ -114,7 +115,7 @@ class Conductor:
     @cached_property
     def _multiple_scattering(self) -> FloatArray:
         """The factor of what two directions lose, of several bounces: (3,), 1/sr."""
-        mean_e = float(_WEIGHT @ self._albedo.mean(axis=1))
+        mean_e = float(_COSINE_WEIGHT @ self._albedo.mean(axis=1))
         of_f = 2 * _COSINES * np.gradient(_COSINES)
         mean_f = of_f @ self._fresnel / of_f.sum()
         return np.asarray(mean_f ** 2 * mean_e / (1 - mean_f * (1 - mean_e)) / (np.pi * max(1 - mean_e, _LEAST)))
@@ -123,8 +124,8 @@ class Conductor:
         """1 - E of directions: angles broadcast to (...), radians."""
         theta, phi = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float))
         folded = np.abs((phi + np.pi / 2) % np.pi - np.pi / 2)
-        rows, columns = theta / _THETA[1], folded / _PHI[1]
-        row, column = (np.clip(at.astype(int), 0, size - 2) for at, size in ((rows, len(_THETA)),
+        rows, columns = theta / _TABLE_ANGLES[1], folded / _PHI[1]
+        row, column = (np.clip(at.astype(int), 0, size - 2) for at, size in ((rows, len(_TABLE_ANGLES)),
                                                                              (columns, len(_PHI))))
         down, right, e = rows - row, columns - column, 1 - self._albedo
         return np.asarray((1 - down) * ((1 - right) * e[row, column] + right * e[row, column + 1])
@@ -132,15 +133,15 @@ class Conductor:
 
     @cached_property
     def _albedo(self) -> FloatArray:
-        """E at `_THETA` and `_PHI`: (46, 10).
+        """E at `_TABLE_ANGLES` and `_PHI`: (46, 10).
 
         Over normals as they are visible (E. Heitz: Sampling the GGX Distribution of Visible Normals, JCGT 7(4), 2018),
         of which the first term reflects G2 / G1.
         """
         first, second = ((np.arange(_QUADRATURE) + 0.5) / _QUADRATURE for _ in range(2))
         radius, angle = (each.ravel() for each in np.meshgrid(np.sqrt(first), 2 * np.pi * second))
-        found = np.empty((len(_THETA), len(_PHI)))
-        for row, theta in enumerate(_THETA):
+        found = np.empty((len(_TABLE_ANGLES), len(_PHI)))
+        for row, theta in enumerate(_TABLE_ANGLES):
             for column, phi in enumerate(_PHI[:1] if self.isotropic else _PHI):
                 found[row, column] = self._visible_normal_reflectance(min(theta, np.pi / 2 - 1e-6), phi, radius, angle)
             if self.isotropic:

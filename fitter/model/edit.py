@@ -35,7 +35,7 @@ from ..shader_constants import COAT_F0, LEAST_HEIGHT_2, LEAST_HORIZON_COSINE, LE
 from .microfacet import geometry
 from .transform import factor_of_angle
 
-WIDTHS = 0.25, 4.0          # bounds of the width
+WIDTH_BOUNDS = 0.25, 4.0    # bounds of the width
 COAT_WIDTHS = 0.01, 1.0     # and of that of a coat: alpha of GGX
 _Measured = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
@@ -51,7 +51,7 @@ class Edit:
     level : (columns,) float64
         Of the split, in each column of the fit's lattices, 1/sr; positive.
     width : float
-        Of the highlight, relative to the measured one: within `WIDTHS`.
+        Of the highlight, relative to the measured one: within `WIDTH_BOUNDS`.
     balance : (DAMPING_KNOTS, columns) or (0, columns) float64
         g, as `LogRelative.damping` has a factor of each polar angle; none where the width is 1.
     coat : float

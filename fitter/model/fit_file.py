@@ -32,13 +32,13 @@ from ..samples import LARGEST_VALUE, RGB
 from ..shader_constants import DAMPING_KNOTS
 from ..storage import files, npz
 from . import microfacet
-from .edit import COAT_WIDTHS, WIDTHS, Edit
+from .edit import COAT_WIDTHS, WIDTH_BOUNDS, Edit
 from .transform import LEAST_OFFSET, LogRelative
 
 FIT_FORMAT = "measured-brdf-fit"
 VERSION = 8
 _IDENTITY = "identity"      # what files call no transform
-_MOST_GREY = 0.9
+_MOST_DESATURATED = 0.9
 LARGEST_STORED = 100 * LARGEST_VALUE    # number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _STRETCH, _AXIS_STRETCH = ((least, LARGEST_STRETCH) for least in (LEAST_STRETCH, LEAST_STRETCH / 10))
@@ -208,8 +208,8 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
     grey = header["grey"]
-    _check(type(grey) in (int, float) and 0 <= grey <= _MOST_GREY and (not grey or stored == len(RGB)),
-           f"its share of grey is not within 0 to {_MOST_GREY}, or its channels are not three")
+    _check(type(grey) in (int, float) and 0 <= grey <= _MOST_DESATURATED and (not grey or stored == len(RGB)),
+           f"its share of grey is not within 0 to {_MOST_DESATURATED}, or its channels are not three")
     # damping, where energy was conserved
     damping = np.zeros((0, 1))
     if len(entries["damping"]):
@@ -222,7 +222,7 @@ def _edit(header: dict[str, Any], entries: _Arrays, channels: int, stored: int) 
     if "edit" not in header:
         return None
     width, coat, coat_width = (header["edit"][name] for name in _EDIT_NUMBERS)
-    for name, number, (low, high) in (("width", width, WIDTHS), ("coat", coat, (0, 1)),
+    for name, number, (low, high) in (("width", width, WIDTH_BOUNDS), ("coat", coat, (0, 1)),
                                       ("coat_width", coat_width, COAT_WIDTHS)):
         _check(isinstance(number, float) and low <= number <= high,
                f"the {name} of its edit is not a number from {low:g} to {high:g}")

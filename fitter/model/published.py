@@ -43,12 +43,12 @@ FINISHES = {"polished": (0.04, 0.04), "satin": (0.15, 0.15), "rough": (0.35, 0.3
 """Widths of the lobe of metals, as slopes, along the tangent (of a brushed metal, along its grooves) and across it."""
 _TYPED_KEPT = 64            # materials that names describe
 _DATA = Path(__file__).parents[1] / "data"
-_HALF, _DIFFERENCE, _AROUND = 20, 14, 8         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
+_THETA_H, _DIFFERENCE_ANGLES, _AROUND = 20, 14, 8  # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
 _CROWDED = 1.4              # exponent by which these angles theta_d lie closer together toward grazing
 _OF_METALS = 22, 24, 6                          # the same: their Fresnel term turns at grazing angles
-_OF_BRUSHED, _TURNS = (20, 14, 6), 16           # and of brushed metals, with azimuths of the half vector
-_GRAZING, _GRAZING_OF_METALS = np.radians(85), np.radians(88)
-_FALL, _TURN = 1.0, np.radians(8)       # changes of the lobe's logarithm, and of theta_h, that count the same
+_OF_BRUSHED, _BRUSHED_AZIMUTHS = (20, 14, 6), 16  # and of brushed metals, with azimuths of the half vector
+_GRAZING_PUBLISHED, _GRAZING_OF_METALS = np.radians(85), np.radians(88)
+_FALL, _FALL_ANGLE = 1.0, np.radians(8)  # changes of the lobe's logarithm, and of theta_h, that count the same
 
 
 class PublishedMaterial(NamedTuple):
@@ -265,12 +265,13 @@ def _rows(name: str) -> list[dict[str, str]]:
 
 def directions(model: Low2012 | Conductor | Translucent) -> Directions:
     """Where samples of a model are made: pairs of directions, radians."""
-    grazing = _GRAZING if isinstance(model, Low2012) else _GRAZING_OF_METALS
-    half, difference, around = ((_HALF, _DIFFERENCE, _AROUND) if isinstance(model, Low2012) else
+    grazing = _GRAZING_PUBLISHED if isinstance(model, Low2012) else _GRAZING_OF_METALS
+    half, difference, around = ((_THETA_H, _DIFFERENCE_ANGLES, _AROUND) if isinstance(model, Low2012) else
                                 _OF_METALS if model.isotropic else _OF_BRUSHED)
     phi_d, phi_h = np.linspace(0, HORIZON, around), np.zeros(1)
     if not is_isotropic(model):
-        phi_d, phi_h = np.arange(2 * around) * np.pi / around, np.arange(_TURNS) * 2 * np.pi / _TURNS
+        phi_d = np.arange(2 * around) * np.pi / around
+        phi_h = np.arange(_BRUSHED_AZIMUTHS) * 2 * np.pi / _BRUSHED_AZIMUTHS
     crowded = _CROWDED if isinstance(model, Low2012) else 1.0
     theta_h, theta_d, phi_d, phi_h = (grid.ravel() for grid in np.meshgrid(
         _half_angles(model, half), grazing * (1 - np.linspace(1, 0, difference) ** crowded), phi_d, phi_h,
@@ -287,6 +288,6 @@ def directions(model: Low2012 | Conductor | Translucent) -> Directions:
 
 def _half_angles(model: Low2012 | Conductor | Translucent, count: int) -> FloatArray:
     """theta_h of samples, (count,) radians from 0 to grazing: evenly spaced in the lobe's fall and in the angle."""
-    theta = np.concatenate([[0.0], np.geomspace(model.width, _GRAZING, 4000)])
-    way = model.log_falloff(theta) / _FALL + theta / _TURN
+    theta = np.concatenate([[0.0], np.geomspace(model.width, _GRAZING_PUBLISHED, 4000)])
+    way = model.log_falloff(theta) / _FALL + theta / _FALL_ANGLE
     return np.interp(np.linspace(0, way[-1], count), way, theta)

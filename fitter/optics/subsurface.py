@@ -37,7 +37,7 @@ from .fresnel import fresnel
 INDICES = 1.1, 2.0                  # bounds of the index of refraction
 LONGEST = 1000.0                    # mm: of mean free paths
 _NEAR, _FAR = (1.8260523782, 5.1124679032, 1.09686102424), (0.496310210422, 4.2350090365, 2.40602999408)
-_LEAST_SCATTERED, _MOST_SCATTERED, _STEPS = 0.2, 0.999999, 256      # of Cycles' walk: single scattering albedo, steps
+_LEAST_SCATTERED, _MOST_SCATTERED, _WALK_STEPS = 0.2, 0.999999, 256  # of Cycles' walk: single scattering albedo, steps
 _HALVINGS, _ITERATIONS, _CLOSE = 40, 2000, 1e-9
 ABSORBED = np.array([0.012, 0.025, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.93, 0.985])    # sqrt(1 - a) of columns,
 INDICES_OF_FACTOR = np.array([1.1, 1.3, 1.5, 1.75, 2.0])                                  # and index of rows
@@ -179,7 +179,7 @@ def walk_albedo(scattered: float, index: float) -> float:
     """
     a = max(scattered, _LEAST_SCATTERED)
     root, weight = _gauss(0, 1)
-    lost = _mean_entry_h(1.0, index) / np.sqrt(np.pi * _STEPS) * (weight @ a ** (_STEPS / root ** 2))
+    lost = _mean_entry_h(1.0, index) / np.sqrt(np.pi * _WALK_STEPS) * (weight @ a ** (_WALK_STEPS / root ** 2))
     return float((1 - _mean_entry_h(a, index) * np.sqrt(1 - a) - lost) * min(1.0, scattered / _LEAST_SCATTERED))
 
 

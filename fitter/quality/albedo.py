@@ -19,15 +19,15 @@ from ..arrays import FloatArray
 from ..samples import HORIZON, Samples, subsample
 
 PLAUSIBLE = 1.3             # estimates of real surfaces are up to 1.1
-DARKEST = 0.002             # with the brightest directions: Aeroglaze's black paint has .016, of published fits the
+DARKEST_SURFACE = 0.002     # with the brightest directions: Aeroglaze's black paint has .016, of published fits the
                             # darkest .0035; what is divided by MERL's scale once too often has a 1500th of what it had
 _MOST = 3000                # samples
-_CELLS = 20                 # of the integral, along radius and azimuth
+_ALBEDO_CELLS = 20          # of the integral, along radius and azimuth
 _FROM = (0.1, 0.5, 0.9)     # quantiles of theta_i
 _STEEPEST = np.radians(75)
 _BRIGHTEST = 0.9            # the quantile that brighter directions count as
-_AT_NORMAL = np.radians(1.6)        # pi/2, read as degrees
-_DARK = 0.03                # an explanation leaves at least so much
+_ALL_AT_NORMAL = np.radians(1.6)    # pi/2, read as degrees
+_LEAST_EXPLAINED = 0.03     # an explanation leaves at least so much
 _PERCENT = 10.0             # times the light that arrives, from which it may be percent
 _SCALES_DOWN = (            # by what notes of reading say
     ("Multiplied by MERL's scale", 1500 / 1.66, "values in 1/sr, which MERL's scale has divided by 1500? (Store MERL's "
@@ -50,7 +50,7 @@ class Albedo:
         What would explain a share above `PLAUSIBLE`, or one of next to nothing, as questions; and angles that are all
         at the normal.
     is_dark : bool
-        Whether the share is below `DARKEST` with the brightest directions, too.
+        Whether the share is below `DARKEST_SURFACE` with the brightest directions, too.
     """
 
     share: float
@@ -86,13 +86,13 @@ def estimate(samples: Samples) -> Albedo:
     (True, '305 times the light that arrives: reflectance factors in percent? (Values: reflectance_percent)')
     """
     share, whole = _share(samples), _share(samples, brightest=1.0)
-    reasons, is_dark = [], whole < DARKEST
-    if max(samples.theta_i.max(), samples.theta_o.max()) < _AT_NORMAL and len(samples) > 1:
+    reasons, is_dark = [], whole < DARKEST_SURFACE
+    if max(samples.theta_i.max(), samples.theta_o.max()) < _ALL_AT_NORMAL and len(samples) > 1:
         reasons.append("angles in radians? (Angles: radians)")
     elif share > PLAUSIBLE:
         reasons += _reasons(samples, share)
     elif is_dark:
-        reasons += [question for note, times, question in _SCALES_DOWN if _DARK < whole * times < PLAUSIBLE
+        reasons += [question for note, times, question in _SCALES_DOWN if _LEAST_EXPLAINED < whole * times < PLAUSIBLE
                     and any(each.startswith(note) for each in samples.notes)]
     return Albedo(share, tuple(reasons), is_dark)
 
@@ -109,7 +109,7 @@ def _reasons(samples: Samples, share: float) -> Iterator[str]:
               (100, "in percent? (Values: brdf_percent)", _PERCENT),
               (100 * np.pi, "reflectance factors in percent? (Values: reflectance_percent)", _PERCENT))
     for times, question, least in scales:
-        if share > least and _DARK < share / times < PLAUSIBLE:
+        if share > least and _LEAST_EXPLAINED < share / times < PLAUSIBLE:
             yield question
     for name in ("theta_i", "theta_o"):
         if any(note.startswith(f"Divided by the cosine of {name}") for note in samples.notes):
@@ -123,8 +123,9 @@ def _share(samples: Samples, brightest: float = _BRIGHTEST) -> float:
     fewer = subsample(samples, _MOST)
     known = _features(*fewer.directions, fewer.isotropic)
     squares = (known ** 2).sum(axis=1)
-    radius = np.sqrt((np.arange(_CELLS) + 0.5) / _CELLS)
-    radii, turns = (grid.ravel() for grid in np.meshgrid(radius, np.pi * (2 * np.arange(_CELLS) + 1) / _CELLS))
+    radius = np.sqrt((np.arange(_ALBEDO_CELLS) + 0.5) / _ALBEDO_CELLS)
+    azimuth = np.pi * (2 * np.arange(_ALBEDO_CELLS) + 1) / _ALBEDO_CELLS
+    radii, turns = (grid.ravel() for grid in np.meshgrid(radius, azimuth))
     shares = [0.0]
     for quantile in _FROM:
         k = int(np.argsort(fewer.theta_i, kind="stable")[int(quantile * (len(fewer) - 1))])

@@ -17,10 +17,10 @@ from ..samples import Samples
 
 _BACKWARD = 5.0             # times as bright as forward: of real measurements
                             # (tests/fitter/quality/test_conventions.py) plaster is 2.7 times
-_KEPT = 0.8                 # of what shines backward at the smaller angle; beads keep half from 15 to 50 degrees
+_KEPT_SHARE = 0.8           # of what shines backward at the smaller angle; beads keep half from 15 to 50 degrees
 _GLOSSY = 5.0               # times as bright forward as backward near the normal, from which elevations are told
 _UPSIDE_DOWN = 3.0          # times as much as near the horizon; of real measurements that are glossy at most 1
-_DARK = 1e-6                # of the brightest value: no ratio is of less
+_DARK_RATIO = 1e-6          # of the brightest value: no ratio is of less
 _BINS = np.radians(np.arange(15, 76, 10))   # of incidence
 _NEAR = np.radians((10, 20, 30))            # of a direction: the first in which there are samples
 _BRIGHT = 0.9               # the quantile of values there
@@ -68,7 +68,7 @@ def _sides(samples: Samples) -> _Sides:
                 found.append((each, *(float(np.quantile(part, _BRIGHT)) for part in parts)))
                 break
     numbers, forward, backward = np.array(found, dtype=float).reshape(-1, 3).T
-    least = _DARK * float(grey.max()) + np.finfo(float).tiny
+    least = _DARK_RATIO * float(grey.max()) + np.finfo(float).tiny
     return _Sides(numbers, np.maximum(forward, least), np.maximum(backward, least))
 
 
@@ -78,7 +78,7 @@ def _asks_mirrored(sides: _Sides) -> str:
     if len(bright) < 2 or np.ptp(sides.number[bright]) < _LEAST:
         return ""
     first, last = bright[[0, -1]]
-    if (times[first:] < 1).any() or sides.backward[last] < _KEPT * sides.backward[first]:
+    if (times[first:] < 1).any() or sides.backward[last] < _KEPT_SHARE * sides.backward[first]:
         return ""
     return (f"{float(np.median(times[bright])):,.2g} times as bright toward the light as in the mirror direction: is "
             f"phi counted from the mirror's side?")

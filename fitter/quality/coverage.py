@@ -19,9 +19,9 @@ from ..samples import Samples
 
 _PROBE_THETA = np.radians(np.arange(10, 81, 10))            # few instruments measure closer to the horizon
 _PROBE_AZIMUTH = np.radians(np.arange(0, 181, 15))
-_CELL = np.radians(6)
-_ACROSS = 2 * _CELL + 1e-6  # bound of the diameter of a cell: along a meridian, then along a circle of latitude
-_CELLS = 32                 # in azimuth; more than there are in polar angle
+_CELL_ANGLE = np.radians(6)
+_ACROSS = 2 * _CELL_ANGLE + 1e-6  # bound of the diameter of a cell: along a meridian, then along a circle of latitude
+_AZIMUTH_CELLS = 32         # in azimuth; more than there are in polar angle
 _ANISOTROPIC_AZIMUTH = np.radians(np.arange(0, 360, 30))    # of the probes' directions
 _MOST_INCIDENT = 2000       # directions of incidence that are told apart exactly
 _MERGED = np.radians(3)     # and how far those are apart that are not
@@ -104,7 +104,7 @@ class _Cells:
         self._angles = theta_i, theta_o, azimuth
         cell = np.zeros(len(azimuth), dtype=np.uint16)
         for angle in self._angles:
-            cell = cell * np.uint16(_CELLS) + (angle / _CELL).astype(np.uint16)
+            cell = cell * np.uint16(_AZIMUTH_CELLS) + (angle / _CELL_ANGLE).astype(np.uint16)
         self._order = np.argsort(cell, kind="stable")
         cell = cell[self._order]
         begins = np.arange(len(cell)) % _AT_ONCE == 0

@@ -9,7 +9,7 @@ from ..arrays import FloatArray, IntArray, select_directions
 from ..model import Reflectance
 from ..samples import Samples, subset
 
-FOLDS = 5
+FOLD_COUNT = 5
 SEED = 2002
 
 
@@ -36,7 +36,7 @@ def cube_root(theta_o: FloatArray, values: FloatArray) -> FloatArray:
     return np.cbrt(values * np.cos(theta_o)[:, None])
 
 
-def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
+def folds(count: int, parts: int = FOLD_COUNT, seed: int = SEED) -> list[IntArray]:
     """Divide `count` samples at random into at most `parts` folds: arrays of indices, none empty.
 
     Examples
@@ -48,7 +48,7 @@ def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
     return [part for part in np.array_split(shuffled, parts) if len(part)]
 
 
-def cross_validate(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
+def cross_validate(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLD_COUNT,
                    seed: int = SEED) -> HeldOutErrors:
     """Errors of a fit by cross-validation: each sample is predicted by a fit to the other folds.
 

@@ -45,6 +45,8 @@ class Description:
         interpolation.
     questions : tuple of str
         What is to be asked of its directions (`conventions`).
+    value_questions : tuple of str
+        What is to be asked of its values.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Description:
     notes: tuple[str, ...] = ()
     rotations: Rotations | None = None
     questions: tuple[str, ...] = ()
+    value_questions: tuple[str, ...] = ()
 
     @property
     def largest_angle(self) -> float:
@@ -90,9 +93,9 @@ class Description:
             rows.insert(4, ("Guessed", f"beyond {self.largest_angle:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]
+        rows += [("Values", question, True) for question in self.value_questions]
         rows += [("Angles", question, True) for question in self.questions]
-        # what reading asks is a warning
-        return rows + [("Read", note, note.endswith("?")) for note in self.notes]
+        return rows + [("Read", note, _is_question(note)) for note in self.notes]
 
 
 def describe(samples: Samples) -> Description:
@@ -111,7 +114,28 @@ def describe(samples: Samples) -> Description:
                        _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)),
                        albedo.estimate(samples), samples.notes,
                        None if samples.isotropic else rotations(samples.theta_i, samples.phi_i),
-                       conventions.questions(samples))
+                       conventions.questions(samples), _value_questions(samples))
+
+
+def open_questions(samples: Samples) -> tuple[str, ...]:
+    """What is to be asked about measurements before a fit of them is believed, each with their name: of the light that
+    they reflect (`albedo`), of their values and directions (`conventions`), and what reading them asked."""
+    asked = (*_value_questions(samples), *conventions.questions(samples), *filter(_is_question, samples.notes))
+    return tuple(filter(None, (albedo.implausibility_message(samples), *(f"{samples.name}: {each}" for each in asked))))
+
+
+def _value_questions(samples: Samples) -> tuple[str, ...]:
+    lowest, highest = samples.values.min(axis=0), samples.values.max(axis=0)
+    dark = [name for name, most in zip(samples.channels, highest, strict=True) if most <= 0]
+    found = [f"No value of {' and '.join(dark)} is above 0: was it measured?"] if dark else []
+    if -lowest.min() > highest.max():       # noise around 0 goes as far up
+        found.append(f"Values down to {lowest.min():.4g} / sr, farther below 0 than any is above: do they mark what "
+                     "was not measured?")
+    return tuple(found)
+
+
+def _is_question(note: str) -> bool:
+    return note.endswith("?")
 
 
 def _floats(values: FloatArray) -> tuple[float, ...]:

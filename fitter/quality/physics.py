@@ -9,7 +9,7 @@ from ..model import Reflectance, is_isotropic
 
 PAIRS = 20_000
 SEED = 2002
-_CELLS = 96                 # of the integral, along radius and azimuth
+_INTEGRAL_CELLS = 96        # of the integral, along radius and azimuth
 
 
 class Physics(NamedTuple):
@@ -88,10 +88,11 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, phi_o: float = 0.
     >>> directional_albedo(prior.lambertian(np.array([[0.3]])), [0, 1.5]).round(4).tolist()
     [[0.9425], [0.9425]]
     """
-    steps = (np.arange(_CELLS) + 0.5) / _CELLS
+    steps = (np.arange(_INTEGRAL_CELLS) + 0.5) / _INTEGRAL_CELLS
     turns = np.pi * steps if is_isotropic(model) else np.concatenate([np.pi * steps, -np.pi * steps])
     theta_i, delta_phi = (grid.ravel() for grid in np.meshgrid(np.arcsin(steps), turns))
-    area = 2 * np.pi * np.sin(theta_i) / (_CELLS * len(turns))       # with the mirror images where there is half a turn
+    # with the mirror images where there is half a turn
+    area = 2 * np.pi * np.sin(theta_i) / (_INTEGRAL_CELLS * len(turns))
     phi_i = phi_o + delta_phi
     return np.stack([area @ np.maximum(model.evaluate(theta_i, phi_i, np.full_like(theta_i, angle), phi_o), 0)
                      for angle in np.atleast_1d(theta_o)])

@@ -71,6 +71,10 @@ class Judgement(NamedTuple):
     is_bad: bool
 
 
+UNPREDICTED = Judgement("Whether the photographs are described rightly is not judged: two others are needed to predict "
+                        "one", False)
+
+
 def lightness_error(samples: Samples, predicted: FloatArray) -> float:
     """The root mean square error of predictions (n, channels), 1/sr, in delta L*, the steps of lightness.
 

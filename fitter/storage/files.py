@@ -11,7 +11,7 @@ import shutil
 import stat
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PureWindowsPath
 from typing import IO, Any
@@ -182,6 +182,19 @@ def replace_folder(folder: Path) -> Iterator[Path]:
             raise OSError(error.errno, error.strerror or str(error), str(folder)) from error
         finally:
             shutil.rmtree(beside, ignore_errors=True)
+
+
+def others_files(folder: Path, names: re.Pattern[str]) -> list[str]:
+    """The files of such names in a folder that `replace_folder` has not written, or that were changed since."""
+    written = _read_record(folder / _RECORD)
+    return sorted(each.name for each in (folder.iterdir() if folder.is_dir() else ())
+                  if names.fullmatch(each.name) and _digest(each) != written.get(each.name))
+
+
+def check_not_read(path: str | Path, inputs: Iterable[str | Path]) -> None:
+    """Raise DatasetError if a file that is to be written is one of those that are read."""
+    if real_path(path) in map(real_path, inputs):
+        raise DatasetError("is read, and would be replaced by what is made of it; choose another name to write", path)
 
 
 def _digest(path: Path) -> str:

@@ -22,7 +22,7 @@ _MOST_MEMBERS = 32
 _END = struct.Struct("<4s4H2LH")        # the end of the central directory, in a file without a comment
 _ENTRY = 46 + 64                        # largest size of a member's entry in the directory, bytes, its name included
 _LOCATOR = 20                           # size of the record before the end that zip64 has, bytes
-_NAME = re.compile(r"([a-z][a-z0-9_]{0,31})\.npy")
+_ENTRY_NAME = re.compile(r"([a-z][a-z0-9_]{0,31})\.npy")
 _MAGIC = b"\x93NUMPY\1\0"
 _LONGEST_HEADER = 512
 # what `numpy.savez` writes of plain numbers and text; NumPy's own reader parses it as Python source, with all of its
@@ -94,7 +94,7 @@ def _check_directory(content: bytes) -> None:
 
 
 def _name(member: zipfile.ZipInfo) -> str:
-    name = _NAME.fullmatch(member.filename)
+    name = _ENTRY_NAME.fullmatch(member.filename)
     if name is None:
         raise ValueError(f"a member {member.filename[:40]!r}, expected the name of an array")
     if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):

@@ -149,3 +149,26 @@ def test_a_fit_that_is_judged_bad_is_written_and_exits_with_3(file, tmp_path, ca
         told, = [line for line in capsys.readouterr().out.splitlines() if words in line]
         assert told.endswith("(!)") is (code == cli.BAD)
         assert out.is_file()
+
+
+@pytest.mark.parametrize(("more", "said"), [((), True), (("--sample", "2"), False)])
+def test_a_fit_of_the_first_of_several_samples_says_so(data, tmp_path, capsys, more, said):
+    path = data / "curet" / "abrdf.dat"
+    assert cli.main(["fit", str(path), "-o", str(tmp_path / "fit.npz"), "--preset", "Draft", *more]) == 0
+    assert ("the first of 61 samples in the file; --sample" in capsys.readouterr().out) is said
+
+
+def test_what_is_read_is_not_written_over(file, tmp_path, capsys):
+    """Nor by another name, nor a file that is read with it."""
+    beside = tmp_path / "rover.dat"         # what overflowed, of CURET
+    beside.write_text("")
+    (tmp_path / "link.npz").symlink_to(file)
+    saved = tmp_path / "fit.npz"
+    fitter.fit(fitter.load(file), 1, None).save(saved)
+    for command, read, out, more in (("fit", file, file, ()), ("fit", file, tmp_path / "link.npz", ()),
+                                     ("fit", tmp_path / "abrdf.dat", beside, ("--sample", "felt")),
+                                     ("bake", saved, saved, ())):
+        before = out.read_bytes()
+        assert cli.main([command, str(read), "-o", str(out), *more]) == 1
+        assert f"{out}: is read, and would be replaced" in capsys.readouterr().err
+        assert out.read_bytes() == before

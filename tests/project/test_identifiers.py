@@ -23,6 +23,7 @@ PARTICIPLES = frozenset((
     "shares", "shown", "steep", "stiffness", "stops", "taken", "tilt", "told", "unknown", "unseen", "upright",
     "worth", "written"))
 NO_PARTICIPLES = frozenset(["principled", *fitter.__all__])     # a BSDF's name, and what others call
+OF_EACH = frozenset(("FORMAT", "ENTRIES", "IN_FILE_MENU", "TOPICS"))      # every format, every slice has one
 MODULES = sorted(path for name in ("addon", "fitter") for path in (ROOT / name).rglob("*.py"))
 HEADERS = sorted((ROOT / "osl").iterdir())
 
@@ -52,7 +53,7 @@ def classes(source):
 
 
 def constants(source):
-    """The public constants of a module: {name: value, as it is written}."""
+    """The constants of a module, without the underscore of private ones: {name: value, as it is written}."""
     found = {}
     for node in ast.parse(source).body:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
@@ -60,26 +61,29 @@ def constants(source):
             pairs = [(target, node.value)]
             if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
                 pairs = zip(target.elts, node.value.elts, strict=True)
-            found |= {name.id: ast.unparse(value) for name, value in pairs
-                      if isinstance(name, ast.Name) and name.id.isupper() and not name.id.startswith("_")}
+            found |= {name.id.strip("_"): ast.unparse(value) for name, value in pairs
+                      if isinstance(name, ast.Name) and name.id.isupper()}
     return found
+
+
+def shader_constants(source):
+    """The constants of a header, as `constants` has them."""
+    return dict(re.findall(r"^#define ([A-Z]\w*) ([^ \\\n][^\\\n]*)$", source, re.MULTILINE))
 
 
 def old_names(sources):
     """What breaks the rules in sources, {path: text}, as `old_names.txt` has it."""
     found, defined, valued = set(), defaultdict(list), defaultdict(set)
     for path, source in sources.items():
-        if not path.endswith(".py"):
-            found |= {f"{path} {name}" for name in shader_functions(source) if is_bare(name)}
-            continue
-        found |= {f"{path} {name}" for name in functions(source) if is_bare(name)}
-        for name in classes(source):
+        in_python = path.endswith(".py")
+        names = functions(source) if in_python else shader_functions(source)
+        found |= {f"{path} {name}" for name in names if is_bare(name)}
+        for name in classes(source) if in_python else ():
             defined[name].append(path)
-        for name, value in constants(source).items():
-            if name != "FORMAT":        # each format has one, which `FORMATS` collects
-                valued[path.partition("/")[0], name].add(value)
+        for name, value in (constants(source) if in_python else shader_constants(source)).items():
+            valued[name].add(value)
     found |= {f"class {name}" for name, paths in defined.items() if len(paths) > 1}
-    return found | {f"{package} constant {name}" for (package, name), values in valued.items() if len(values) > 1}
+    return found | {f"constant {name}" for name, values in valued.items() if len(values) > 1 and name not in OF_EACH}
 
 
 def test_names_that_break_the_rules_are_those_of_the_list_which_only_shrinks():
@@ -98,8 +102,11 @@ def test_names_that_break_the_rules_are_those_of_the_list_which_only_shrinks():
     ({"osl/a.h": "vector turned(vector w)\nfloat pdf(vector w)\nclosure color shown(color c)"},
      {"osl/a.h turned", "osl/a.h shown"}),
     ({"fitter/a.py": "class Measured: pass", "addon/b.py": "class Measured: pass"}, {"class Measured"}),
-    ({"fitter/a.py": "MOST, LEAST = 1, 2", "fitter/b.py": "MOST: int = 3\nLEAST = 2"}, {"fitter constant MOST"}),
-    ({"fitter/a.py": "MOST = 1", "addon/b.py": "MOST = 2"}, set()),
+    ({"fitter/a.py": "MOST, LEAST = 1, 2", "fitter/b.py": "MOST: int = 3\nLEAST = 2"}, {"constant MOST"}),
+    ({"fitter/a.py": "_MOST = 1", "addon/b.py": "MOST = 2", "addon/c.py": "FORMAT = 1", "addon/d.py": "FORMAT = 2"},
+     {"constant MOST"}),
+    ({"fitter/a.py": "MOST = 1", "osl/b.h": "#define MOST (LEAST - 1.0)     /* so */\n#define GET(k) 1"},
+     {"constant MOST"}),
 ])
 def test_a_name_that_breaks_the_rules_is_noticed(sources, found):
     assert old_names(sources) == found

@@ -182,7 +182,7 @@ NUMBERS = (
     ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),
     ("docs/fitting.md", r"Standard` is D = 4, S = 5 and C = ([\d.]+\d)", PRESETS["Standard"]["compression"]),
     *(("docs/fitting.md", rf"\| {name} \|[^|]*\| ([^|]*) \|", ", ".join(f"{value:g}" for value in values))
-      for name, values in (("stretch", regression_kriging._STRETCHES), ("length", gaussian_process.LENGTHS),
+      for name, values in (("stretch", regression_kriging._TRIED_STRETCHES), ("length", gaussian_process.LENGTHS),
                            ("noise", gaussian_process.NOISES))))
 
 

@@ -514,7 +514,7 @@ def film_adjust(h):
 def drag_slider(h):
     """Highlight Width, to the right and back."""
     area = h.area("PROPERTIES")
-    left, right = ((area.x + x, h.window.height - area.y - area.height + 689) for x in (240, 300))
+    left, right = ((area.x + x, h.window.height - area.y - area.height + 619) for x in (240, 300))
     drag(between(left, right) + between(right, (left[0] - 15, left[1])), 0.4)
     film(h, 40, area)
 
@@ -534,7 +534,7 @@ def film_compare(h):
 
 def drag_line(h):
     area = h.area("PROPERTIES")
-    middle, left, right = ((area.x + x, h.window.height - area.y - 297) for x in (125, 85, 165))
+    middle, left, right = ((area.x + x, h.window.height - area.y - 367) for x in (125, 85, 165))
     drag([*between(middle, right), *between(right, left), *between(left, middle)])
     film(h, 24, area)
 

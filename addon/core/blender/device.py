@@ -12,7 +12,7 @@ import bpy
 CPU = "CPU"
 OPTIX = "OPTIX"
 WITH_OSL = CPU, OPTIX
-_NONE = "", "NONE"
+_NO_DEVICE = "", "NONE"
 _OPTION = "--cycles-device"
 _OWN_ARGUMENTS = "--"               # behind it, the command line is not Blender's
 _AND_CPU = "+CPU"
@@ -23,7 +23,7 @@ def effective_device(scene: bpy.types.Scene) -> str:
 
     A GPU may have the CPU beside it. Where none of the type chosen in the preferences is in use, Cycles takes the CPU.
     """
-    requested = _requested(tuple(sys.argv))
+    requested = _read_requested_device(tuple(sys.argv))
     if requested:
         return requested.removesuffix(_AND_CPU)
     settings = getattr(scene, "cycles", None)
@@ -32,7 +32,7 @@ def effective_device(scene: bpy.types.Scene) -> str:
     addon = bpy.context.preferences.addons.get("cycles")
     preferences = getattr(addon, "preferences", None)
     kind = getattr(preferences, "compute_device_type", "")
-    if kind in _NONE:
+    if kind in _NO_DEVICE:
         return CPU
     used = {device.id for device in preferences.devices if device.use}
     return CPU if used.isdisjoint(_available(kind)) else str(kind)
@@ -61,7 +61,7 @@ def _available(kind: str) -> frozenset[str]:
 
 
 @functools.cache
-def _requested(arguments: tuple[str, ...]) -> str:
+def _read_requested_device(arguments: tuple[str, ...]) -> str:
     """The type of device that the command line asks for, if any."""
     own = arguments[arguments.index(_OWN_ARGUMENTS) + 1:] if _OWN_ARGUMENTS in arguments else ()
     kind = ""

@@ -6,7 +6,7 @@ import numpy as np
 from ....fitter.arrays import SingleArray
 from ..annotations import not_none
 
-_SMALL = 32                 # pixels of a small icon
+_SMALL_ICON = 32            # pixels of a small icon
 
 
 def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
@@ -17,7 +17,7 @@ def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
 
 def fill_small(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
     """Make the small icon of an `ImagePreview` show a picture, which lists have beside their names."""
-    step = max(len(picture) // _SMALL, 1)
+    step = max(len(picture) // _SMALL_ICON, 1)
     small = np.ascontiguousarray(picture[step // 2::step, step // 2::step])
     preview.icon_size = small.shape[1::-1]
     preview.icon_pixels_float.foreach_set(small.ravel())

@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-_NAME = "Measured BRDF "
+_GROUP_PREFIX = "Measured BRDF "
 _KIND = "measured_brdf_kind"
 _DIGEST = "measured_brdf_digest"        # of the group as it was made
 _SETTINGS = "operation", "use_clamp", "distribution", "rotation_type", "invert", "noise_dimensions"     # of its nodes
@@ -50,7 +50,7 @@ def _local() -> list[bpy.types.NodeTree]:
 
 
 def _create(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.NodeTree:
-    tree = bpy.data.node_groups.new(_NAME + kind, "ShaderNodeTree")
+    tree = bpy.data.node_groups.new(_GROUP_PREFIX + kind, "ShaderNodeTree")
     fill(tree)
     tree[_KIND], tree[_DIGEST] = kind, _digest(tree)
     return tree

@@ -32,7 +32,7 @@ def active(context: bpy.types.Context) -> Target:
     return Target(_NOTHING) if item is None else Target(item.session_uid, not_none(item.active_material_index))
 
 
-def selected(context: bpy.types.Context) -> list[Target]:
+def list_selected(context: bpy.types.Context) -> list[Target]:
     """The active object, and where it can have materials, those that are selected beside it and can; active slots."""
     items = [item for item in (context.object, *getattr(context, "selected_objects", ()))
              if item is not None and hasattr(item.data, "materials")]
@@ -40,7 +40,7 @@ def selected(context: bpy.types.Context) -> list[Target]:
     return [active(context), *(Target(item.session_uid) for item in others)]
 
 
-def under_mouse(context: bpy.types.Context, event: bpy.types.Event) -> Target | None:
+def find_under_mouse(context: bpy.types.Context, event: bpy.types.Event) -> Target | None:
     """The object under the mouse in a 3-D viewport, and the slot of its face there; None if there is none.
 
     Of a collection's instance it is the object that is instanced.
@@ -69,7 +69,7 @@ def assign(target: Target, material: bpy.types.Material) -> str:
     if not hasattr(item.data, "materials"):
         return f"{item.name} has no surface"
     slots = item.material_slots
-    slot = slots[_clamped(target.slot, item)] if slots else None
+    slot = slots[_clamp_slot(target.slot, item)] if slots else None
     if not item.is_editable or (not item.data.is_editable and (slot is None or slot.link == "DATA")):
         return (f"{item.name} belongs to another file. Make it local (Object > Relations > Make Local), and choose the "
                 "material in its Material tab")
@@ -80,7 +80,7 @@ def assign(target: Target, material: bpy.types.Material) -> str:
     return ""
 
 
-def _clamped(slot: int, item: bpy.types.Object) -> int:
+def _clamp_slot(slot: int, item: bpy.types.Object) -> int:
     """A slot that an object has: its last one where it has fewer."""
     return min(not_none(item.active_material_index) if slot == ACTIVE_SLOT else slot, len(item.material_slots) - 1)
 
@@ -99,13 +99,13 @@ def _hit(context: bpy.types.Context, space: bpy.types.SpaceView3D, region: bpy.t
         camera = view.view_matrix.inverted().translation
         origin -= direction * ((origin - camera).dot(direction) if view.view_perspective == "CAMERA"
                                else space.clip_end)
-    for item, face in _along(context, origin, direction):
+    for item, face in _ray_hits(context, origin, direction):
         if item.display_type in _SOLID and (space.local_view is None or item.local_view_get(space)):
-            return Target(item.session_uid, _slot_of(item, face, context))
+            return Target(item.session_uid, _face_slot(item, face, context))
     return None
 
 
-def _along(context: bpy.types.Context, origin: Vector, direction: Vector) -> Iterator[tuple[bpy.types.Object, int]]:
+def _ray_hits(context: bpy.types.Context, origin: Vector, direction: Vector) -> Iterator[tuple[bpy.types.Object, int]]:
     """The objects, and their faces, that a ray hits one after the other."""
     start = origin.copy()
     for _ in range(_MOST_SEEN_THROUGH):
@@ -117,7 +117,7 @@ def _along(context: bpy.types.Context, origin: Vector, direction: Vector) -> Ite
         start = place + direction * (_STEP * (place - origin).length)
 
 
-def _slot_of(item: bpy.types.Object, face: int, context: bpy.types.Context) -> int:
+def _face_slot(item: bpy.types.Object, face: int, context: bpy.types.Context) -> int:
     """The slot of a face of an evaluated object; its active one where the object has no such face."""
     evaluated = item.evaluated_get(context.evaluated_depsgraph_get())
     mesh = evaluated.data if item.type == "MESH" else evaluated.to_mesh()

@@ -13,8 +13,8 @@ _Ends = tuple[str, str, str, str]       # a link: node and identifier of the soc
 # a node: its properties, its custom properties, and the values of its inputs
 _State = tuple[dict[str, Any], dict[str, Any], list[Any]]
 
-_KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "masks",
-          "scenes")
+_ID_KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "masks",
+             "scenes")
 _VIEWPORT_PROPERTIES = ("diffuse_color", "roughness", "metallic")
 _NODE_PROPERTIES = ("name", "label", "location", "node_tree", "target", "is_active_output")
 
@@ -31,7 +31,7 @@ def new_data_removed_on_error() -> Iterator[None]:
 
 
 def _all() -> Iterator[bpy.types.ID]:
-    for kind in _KINDS:
+    for kind in _ID_KINDS:
         yield from getattr(bpy.data, kind)
 
 

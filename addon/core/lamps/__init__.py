@@ -9,6 +9,8 @@ compile them again; where the lamps are, how large and how strong, into a carrie
 nothing. Appended and linked materials and objects bring those of other files along. All are kept up to date; linked
 ones in memory only.
 
+Who makes or replaces materials knows nothing of that: this follows (`blender/followers`).
+
 Lamps that move by themselves have drivers (`drivers`), so that a render job follows them. Handlers write the rest. A
 render job calls the handlers in a thread of its own, where they do nothing unless the interface is locked: Blender may
 be reading what they would write. docs/rendering.md has a table of what works when.
@@ -22,16 +24,16 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..annotations import not_none
-from ..blender import shared_groups
+from ..blender import followers, shared_groups
 from ..blender.device import renders_on_gpu
 from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import node_tree
 from .lamp import Lamp
-from .light_objects import light_of
+from .light_objects import get_light
 from .world_lights import bright_spots
 
-__all__ = ["in_scene", "is_main_thread_free", "node_tree", "register", "sky_moves", "unregister", "update"]
+__all__ = ["is_main_thread_free", "list_lamps", "node_tree", "register", "sky_moves", "unregister", "update"]
 
 _Listed = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""
@@ -41,7 +43,7 @@ _object_order: dict[int, list[int | None]] = {}     # by carrier: the session_ui
 _is_due = threading.Event()                         # an update was postponed, or the data have been replaced
 
 
-def in_scene(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
+def list_lamps(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
     """The lamps of an evaluated scene that give light, as the shader takes them, by rank.
 
     At most as many as the shader of this version takes. Bright places of the world count as suns.
@@ -83,7 +85,7 @@ def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     readers = carrier.readers(trees) if changed.structure else set()
     own = carrier.scene_carrier(scene, make=is_free and len(readers) > 0)
     listed = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)[:max(map(group.capacity, trees))]
-    for each in [*([own] if own is not None else []), *carrier.linked()]:
+    for each in [*([own] if own is not None else []), *carrier.linked_carriers()]:
         _write(each, listed, not_none(depsgraph.view_layer))
     if own is not None and changed.structure:
         carrier.point(scene, own, readers)
@@ -99,7 +101,7 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
     listed: _Listed = [(lamp.from_light(light, item.matrix_world), item) for item in lights
-                       if (light := light_of(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
+                       if (light := get_light(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
     listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
     listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
                for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]
@@ -113,7 +115,7 @@ def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer)
     wanted = {_identity(item): drivers.driver_expressions(not_none(item.original), layer) for _, item in listed
               if item is not None and names[item.name] == 1}
     if any(wanted.values()):
-        listed = _in_order_of(_object_order.get(held.session_uid, []), listed)
+        listed = _keep_order(_object_order.get(held.session_uid, []), listed)
     _object_order[held.session_uid] = [_identity(item) for _, item in listed]
     sources = {(number, index): (expression, item) for number, (_, item) in enumerate(listed, 1) if item is not None
                for index, expression in wanted.get(_identity(item), {}).items()}
@@ -122,7 +124,7 @@ def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer)
     carrier.store(held, [known for known, _ in listed], driven)
 
 
-def _in_order_of(before: list[int | None], listed: _Listed) -> _Listed:
+def _keep_order(before: list[int | None], listed: _Listed) -> _Listed:
     """The lamps in the order of the last write, if they are the same ones.
 
     Exchanging drivers because one lamp is now brighter than another would make Blender rebuild its relations.
@@ -183,6 +185,10 @@ def _retry() -> float | None:
     return None
 
 
+def _on_new_groups(depsgraph: bpy.types.Depsgraph) -> None:
+    update(depsgraph)
+
+
 @persistent
 def _on_data_replaced(*_: Any) -> None:
     """After undo, redo and loading, all references to Blender's data are invalid."""
@@ -191,21 +197,24 @@ def _on_data_replaced(*_: Any) -> None:
     _is_due.set()
 
 
-_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": _on_evaluation,
-             "undo_pre": _on_data_replaced, "undo_post": _on_data_replaced, "redo_pre": _on_data_replaced,
-             "redo_post": _on_data_replaced, "load_pre": _on_data_replaced, "load_post": _on_data_replaced}
+_LAMP_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": _on_evaluation,
+                  "undo_pre": _on_data_replaced, "undo_post": _on_data_replaced, "redo_pre": _on_data_replaced,
+                  "redo_post": _on_data_replaced, "load_pre": _on_data_replaced, "load_post": _on_data_replaced}
 
 
 def register() -> None:
-    for name, handler in _HANDLERS.items():
+    followers.followers.append(_on_new_groups)
+    for name, handler in _LAMP_HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
     if bpy.app.timers.is_registered(_retry):
         bpy.app.timers.unregister(_retry)
-    for name, handler in _HANDLERS.items():
+    for name, handler in _LAMP_HANDLERS.items():
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:
             handlers.remove(handler)
+    if _on_new_groups in followers.followers:
+        followers.followers.remove(_on_new_groups)
     _on_data_replaced()

@@ -16,10 +16,10 @@ import bpy
 
 from .lamp import Lamp
 
-NAME = "Measured BRDF Lamps"
+CARRIER_NAME = "Measured BRDF Lamps"
 POINTER = "measured_brdf_lamps"     # custom property of objects with measured materials, and of scenes: their carrier
-COUNT = "Lamps"                     # custom property of a carrier: how many lamps it holds
-KINDS = "Lamp", "Extent"            # and with a number from 1, three numbers each: (position), (size, strength, 0)
+LAMP_COUNT = "Lamps"                # custom property of a carrier: how many lamps it holds
+PROPERTY_KINDS = "Lamp", "Extent"   # and with a number from 1, three numbers each: (position), (size, strength, core)
 _PASSED_ON = {"NODETREE", "MATERIAL", "MESH", "CURVE", "CURVES", "META", "POINTCLOUD", "VOLUME"}
 
 
@@ -29,9 +29,9 @@ def attribute(kind: str, number: int) -> str:
 
 
 def path(number: int, index: int) -> tuple[str, int]:
-    """The data path of one of the five values of a lamp in its carrier, and the index there."""
+    """The data path of one of the six values of a lamp in its carrier, and the index there."""
     row, column = divmod(index, 3)
-    return _path(f"{KINDS[row]}{number}"), column
+    return _path(f"{PROPERTY_KINDS[row]}{number}"), column
 
 
 def _path(name: str) -> str:
@@ -46,8 +46,8 @@ def scene_carrier(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | Non
         return carrier
     if not make or scene.library is not None or scene.override_library is not None:
         return None
-    carrier = bpy.data.textures.new(NAME, "NONE")
-    carrier[COUNT] = 0
+    carrier = bpy.data.textures.new(CARRIER_NAME, "NONE")
+    carrier[LAMP_COUNT] = 0
     # users that are custom properties may be forgotten: see `mix_group.keep`
     carrier.use_fake_user = True
     scene[POINTER] = carrier
@@ -55,43 +55,44 @@ def scene_carrier(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | Non
     return carrier
 
 
-def linked() -> list[bpy.types.Texture]:
+def linked_carriers() -> list[bpy.types.Texture]:
     """The carriers of other files, and overrides of them."""
-    return [item for item in bpy.data.textures if item.get(COUNT) is not None and not is_local(item)]
+    return [item for item in bpy.data.textures if item.get(LAMP_COUNT) is not None and not is_local(item)]
 
 
 def is_local(carrier: object) -> bool:
     """Whether something is a carrier that belongs to this file."""
-    return (isinstance(carrier, bpy.types.Texture) and carrier.get(COUNT) is not None and carrier.library is None
+    return (isinstance(carrier, bpy.types.Texture) and carrier.get(LAMP_COUNT) is not None and carrier.library is None
             and carrier.override_library is None)
 
 
 def most_lamps() -> int:
     """How many lamps a scene of this file has at most."""
-    return max((scene[POINTER].get(COUNT, 0) for scene in bpy.data.scenes if scene.get(POINTER) is not None), default=0)
+    carriers = filter(None, (scene.get(POINTER) for scene in bpy.data.scenes))
+    return max((each.get(LAMP_COUNT, 0) for each in carriers), default=0)
 
 
 def reserve(carrier: bpy.types.Texture, count: int) -> None:
     """Have a carrier hold so many lamps: those that it held remain, new ones have no strength."""
-    if carrier[COUNT] == count:
+    if carrier[LAMP_COUNT] == count:
         return
-    for number in range(carrier[COUNT] + 1, count + 1):
-        for kind in KINDS:
+    for number in range(carrier[LAMP_COUNT] + 1, count + 1):
+        for kind in PROPERTY_KINDS:
             carrier[f"{kind}{number}"] = 0.0, 0.0, 0.0
-    for number in range(count + 1, carrier[COUNT] + 1):
-        for name in (f"{kind}{number}" for kind in KINDS):
+    for number in range(count + 1, carrier[LAMP_COUNT] + 1):
+        for name in (f"{kind}{number}" for kind in PROPERTY_KINDS):
             carrier.driver_remove(_path(name))
             del carrier[name]
-    carrier[COUNT] = count
+    carrier[LAMP_COUNT] = count
     carrier.update_tag()
 
 
 def store(carrier: bpy.types.Texture, lamps: Sequence[Lamp], driven: Collection[tuple[int, int]] = frozenset()) -> None:
     """Write the values of as many lamps as a carrier holds, but for those that are driven: lamps from 1 and indices."""
     changed = False
-    for number, (position, size, strength) in enumerate(lamps, 1):
-        values = *position, size, strength, 0.0
-        for row, kind in enumerate(KINDS):
+    for number, (position, *rest) in enumerate(lamps, 1):
+        values = *position, *rest
+        for row, kind in enumerate(PROPERTY_KINDS):
             before = [*carrier[f"{kind}{number}"]]
             after = [before[column] if (number, 3 * row + column) in driven else value
                      for column, value in enumerate(values[3 * row:3 * row + 3])]
@@ -105,7 +106,7 @@ def store(carrier: bpy.types.Texture, lamps: Sequence[Lamp], driven: Collection[
 def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collection[bpy.types.Object]) -> None:
     """Point all objects that read lamps and belong to the scene, or point to no scene's carrier, to this one; no other
     object keeps a pointer."""
-    here = _objects_of(scene)
+    here = _scene_objects(scene)
     carriers = [each[POINTER] for each in bpy.data.scenes if each.get(POINTER) is not None]
     for item in bpy.data.objects:
         if item.library is not None or item.override_library is not None:
@@ -120,7 +121,7 @@ def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collectio
             item.update_tag(refresh={"OBJECT"})
 
 
-def _objects_of(scene: bpy.types.Scene) -> set[bpy.types.Object]:
+def _scene_objects(scene: bpy.types.Scene) -> set[bpy.types.Object]:
     """The objects of a scene and of the collections that they are instances of. `Depsgraph.ids` would have those of
     geometry nodes too, but Blender crashes where some of them have just been removed, as `group.merge` does."""
     found: set[bpy.types.Object] = set()

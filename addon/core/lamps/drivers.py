@@ -15,15 +15,15 @@ from collections.abc import Mapping
 import bpy
 
 from . import carrier, lamp
-from .light_objects import light_of
+from .light_objects import get_light
 
 Place = tuple[int, int]
-"""The number of a lamp, from 1, and the index of one of its five values."""
+"""The number of a lamp, from 1, and the index of one of its six values."""
 _Driver = tuple[str, dict[str, str]]
 """An expression, and the data path of each variable in it."""
 
-_WORDS = re.compile(r"[a-z_]\w*")
-_POSITION, _SIZE, _STRENGTH = range(3), 3, 4
+_VARIABLE_WORDS = re.compile(r"[a-z_]\w*")
+_POSITION_INDICES, _SIZE, _STRENGTH = range(3), 3, 4
 
 
 def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
@@ -33,10 +33,10 @@ def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> di
     """
     # the matrix of an object that is hidden in the viewport is not evaluated there
     moves = can_move(item) or not item.visible_get(view_layer=layer)
-    light = light_of(item)
+    light = get_light(item)
     changes = is_animated(light)
     expressions = lamp.expressions(light)
-    indices = [*(_POSITION if moves else ()), *([_STRENGTH] if changes else ())]
+    indices = [*(_POSITION_INDICES if moves else ()), *([_STRENGTH] if changes else ())]
     if changes or (moves and light.type != "SUN"):
         indices.append(_SIZE)
     return {index: expressions[index] for index in indices}
@@ -79,7 +79,7 @@ def wire(held: bpy.types.Texture, sources: Mapping[Place, tuple[str, bpy.types.O
 
 
 def _variables(expression: str) -> list[str]:
-    return sorted({word for word in _WORDS.findall(expression) if word in lamp.VARIABLES})
+    return sorted({word for word in _VARIABLE_WORDS.findall(expression) if word in lamp.VARIABLES})
 
 
 def _target(name: str, item: bpy.types.Object) -> str:

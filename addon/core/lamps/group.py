@@ -11,9 +11,9 @@ from typing import Any
 import bpy
 
 from ....fitter.shader_constants import MAX_LAMPS
-from .carrier import KINDS, NAME, attribute
+from .carrier import CARRIER_NAME, PROPERTY_KINDS, attribute
 
-LAMPS = "Lamps"
+LAMP_GROUP = "Lamps"
 FRUGAL = "Frugal"
 _NUMBERED = re.compile(r"(Lamp|Extent)([1-9][0-9]*)")
 
@@ -54,7 +54,7 @@ def trees() -> list[bpy.types.NodeTree]:
 
 def capacity(tree: bpy.types.NodeTree) -> int:
     """How many lamps a group holds; 0 if it is not a lamp group, or lacks nodes."""
-    if LAMPS not in tree.nodes or FRUGAL not in tree.nodes:
+    if LAMP_GROUP not in tree.nodes or FRUGAL not in tree.nodes:
         return 0
     numbers: dict[str, set[int]] = {"Lamp": set(), "Extent": set()}
     for node in tree.nodes:
@@ -73,7 +73,7 @@ def store(tree: bpy.types.NodeTree, count: int, frugal: bool) -> None:
     Blender takes no blocks for linked groups.
     """
     changed = [_write(tree.nodes[name].outputs, "default_value", [value])
-               for name, value in ((LAMPS, float(count)), (FRUGAL, float(frugal)))]
+               for name, value in ((LAMP_GROUP, float(count)), (FRUGAL, float(frugal)))]
     numbers = [_NUMBERED.fullmatch(node.name) for node in tree.nodes]
     muted = [node.mute if number is None else int(number[2]) > count
              for node, number in zip(tree.nodes, numbers, strict=True)]
@@ -96,17 +96,17 @@ def _write(items: Any, name: str, values: list[Any]) -> bool:
 
 
 def _create() -> bpy.types.NodeTree:
-    tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
+    tree = bpy.data.node_groups.new(CARRIER_NAME, "ShaderNodeTree")
     output = tree.nodes.new("NodeGroupOutput")
     output.location = (400, 0)
-    for row, name in enumerate((FRUGAL, LAMPS), -1):
+    for row, name in enumerate((FRUGAL, LAMP_GROUP), -1):
         tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketFloat")
         node = tree.nodes.new("ShaderNodeValue")
         node.name = node.label = name
         node.location, node.outputs[0].default_value = (0, -150 * row), 0
         tree.links.new(node.outputs[0], output.inputs[name])
     for number in range(1, MAX_LAMPS + 1):
-        for column, kind in enumerate(KINDS):
+        for column, kind in enumerate(PROPERTY_KINDS):
             name = f"{kind}{number}"
             tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketVector")
             node = tree.nodes.new("ShaderNodeAttribute")

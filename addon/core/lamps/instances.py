@@ -13,7 +13,7 @@ import bpy
 from ..annotations import not_none
 from . import drivers, lamp
 from .changes import Changed, changed_objects
-from .light_objects import light_objects, light_of
+from .light_objects import get_light, light_objects
 
 _Key = tuple[int, str, str]         # scene, view layer, and mode of the dependency graph
 
@@ -70,7 +70,7 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
         item = not_none(instance.object)
         if item.type != "LIGHT" or (not instance.is_instance and item.original.session_uid in known):
             continue
-        light = light_of(item)
+        light = get_light(item)
         if light.energy > 0:
             instanced.append(lamp.from_light(light, instance.matrix_world))
         parent = instance.parent.original if instance.is_instance else item.original

@@ -42,7 +42,7 @@ def light_objects() -> list[bpy.types.Object]:
     return _objects
 
 
-def light_of(item: bpy.types.Object) -> bpy.types.Light:
+def get_light(item: bpy.types.Object) -> bpy.types.Light:
     """The light of a light object."""
     return cast(bpy.types.Light, item.data)
 

@@ -13,8 +13,8 @@ from ....fitter.imaging.studio import radiance
 from ..annotations import not_none
 from .world_lights import directions
 
-NAME = "Measured BRDF Studio"
-_HEIGHT = 160               # texels: the soft edge of the window is two of them wide, and the .blend gets 0.6 MB
+STUDIO_NAME = "Measured BRDF Studio"
+_WORLD_HEIGHT = 160         # texels: the soft edge of the window is two of them wide, and the .blend gets 0.6 MB
 _FRONT = 0.0, -1.0, 0.0     # where the viewer is in the image
 
 
@@ -31,7 +31,7 @@ def add(scene: bpy.types.Scene, toward: Vector) -> bpy.types.World:
     """
     if scene.world is not None and scene.world.library is None:
         scene.world.use_fake_user = True
-    world = bpy.data.worlds.new(NAME)
+    world = bpy.data.worlds.new(STUDIO_NAME)
     if bpy.app.version < (5, 0, 0):             # since then every world does
         world.use_nodes = True
     tree = not_none(world.node_tree)
@@ -60,9 +60,9 @@ def viewer(scene: bpy.types.Scene, view: bpy.types.RegionView3D | None) -> Vecto
 
 
 def _image() -> bpy.types.Image:
-    image = bpy.data.images.new(NAME, 2 * _HEIGHT, _HEIGHT, float_buffer=True)
+    image = bpy.data.images.new(STUDIO_NAME, 2 * _WORLD_HEIGHT, _WORLD_HEIGHT, float_buffer=True)
     # in the studio y is up, and z toward the viewer
-    seen = radiance(directions(_HEIGHT, 2 * _HEIGHT)[..., [0, 2, 1]] * (1, 1, -1))
+    seen = radiance(directions(_WORLD_HEIGHT, 2 * _WORLD_HEIGHT)[..., [0, 2, 1]] * (1, 1, -1))
     pixels = np.insert(np.repeat(seen[..., None], 3, axis=2), 3, 1, axis=2)
     not_none(image.pixels).foreach_set(pixels.astype(np.float32).ravel())
     image.pack()

@@ -17,12 +17,12 @@ from ....fitter.arrays import FloatArray, SingleArray
 from ....fitter.storage.files import time_and_size
 from ..annotations import Vector3, not_none
 
-_ROWS = 512                     # an image is searched at this resolution: a third of a degree
+_IMAGE_ROWS = 512               # an image is searched at this resolution: a third of a degree
 _MIN_ROWS = 16                  # below this a spot cannot be told from its surroundings
 _MAX_PIXELS = 1 << 26
 _MAX_SPOTS = 4
 _MAX_RADIUS = math.radians(6)   # of a spot
-_RING = 1.4                     # least outer radius of the ring that gives the background of a spot, over _MAX_RADIUS
+_LEAST_RING = 1.4               # least outer radius of the ring that gives the background of a spot, over _MAX_RADIUS
 _MIN_SHARE = 0.02               # of all light, for a spot to be worth a lobe
 _ENCLOSED = 0.95                # share of a spot's light that lies within its radius
 _MAX_IMAGES = 16                # whose spots are cached
@@ -50,7 +50,7 @@ def bright_spots(world: bpy.types.World | None) -> list[Spot]:
             bright.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
         elif node.type == "TEX_ENVIRONMENT" and node.projection == "EQUIRECTANGULAR" and node.image is not None:
             bright += [Spot(_to_world(node, direction), radius, light * strength)
-                       for direction, radius, light in _in_image(node.image.original)]
+                       for direction, radius, light in _image_spots(node.image.original)]
     return bright
 
 
@@ -84,18 +84,18 @@ def _to_world(node: bpy.types.Node, direction: Vector3) -> Vector3:
     return x, y, z
 
 
-def _in_image(image: bpy.types.Image) -> list[Spot]:
+def _image_spots(image: bpy.types.Image) -> list[Spot]:
     """The `spots` of an image, searched for anew where its file, size or colour space is another, or pixels were
     changed. Blender does not tell that they were changed again: that is noticed when the image is saved.
     """
     path = bpy.path.abspath(image.filepath, library=image.library)
-    return _searched(image.session_uid, path, time_and_size(path), image.is_dirty, image.colorspace_settings.name,
-                     *image.size)
+    return _search_image(image.session_uid, path, time_and_size(path), image.is_dirty, image.colorspace_settings.name,
+                         *image.size)
 
 
 @lru_cache(maxsize=_MAX_IMAGES)
-def _searched(session_uid: int, _path: str, _stamp: tuple[int, int] | None, _is_dirty: bool, _colours: str,
-              width: int, height: int) -> list[Spot]:
+def _search_image(session_uid: int, _path: str, _stamp: tuple[int, int] | None, _is_dirty: bool, _colours: str,
+                  width: int, height: int) -> list[Spot]:
     image = next(each for each in bpy.data.images if each.session_uid == session_uid)
     if image.source not in {"FILE", "GENERATED"} or not 0 < width * height <= _MAX_PIXELS:
         return []
@@ -116,7 +116,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
     """The bright spots of an equirectangular image of radiance, (height, width), the lowest row first; the brightest
     first.
     """
-    step = max(image.shape[0] // _ROWS, 1)
+    step = max(image.shape[0] // _IMAGE_ROWS, 1)
     height, width = (size // step * step for size in image.shape)
     if min(height, width) < _MIN_ROWS:
         return []
@@ -127,7 +127,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
     total = (radiance * solid_angle).sum()
     left = radiance.copy()
     pixel = np.pi / len(radiance)
-    ring_radius = max(_RING * _MAX_RADIUS, _MAX_RADIUS + pixel)     # so that there are pixels in it
+    ring_radius = max(_LEAST_RING * _MAX_RADIUS, _MAX_RADIUS + pixel)  # so that there are pixels in it
     brightest: list[Spot] = []
     for _ in range(_MAX_SPOTS):
         direction = unit[np.unravel_index(left.argmax(), left.shape)]

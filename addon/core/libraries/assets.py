@@ -19,7 +19,7 @@ from ..blender import previews
 CATALOGUE = "Measured BRDF"
 _CATALOGUES = "blender_assets.cats.txt"
 _NAMESPACE = uuid.UUID("6f0ae9a1-9d1b-4f5f-8f5e-6c0c7a3d2b10")      # gives the catalogue the same id in every library
-_HEADER = "# Asset catalogues of this folder: UUID:path:simple name\nVERSION 1\n"
+_CATALOGUE_HEADER = "# Asset catalogues of this folder: UUID:path:simple name\nVERSION 1\n"
 _SET_BY_USERS = ("catalog_id", "author", "copyright", "license")
 
 
@@ -123,7 +123,7 @@ def write_catalogue(folder: Path, names: Sequence[str] = (CATALOGUE,)) -> None:
         lines = [f"{catalogue_id(name)}:{name}:{name.replace('/', '-')}\n" for name in names
                  if text.find(str(catalogue_id(name)).encode()) < 0]
         if lines:
-            header = b"" if text.find(b"VERSION") >= 0 else _HEADER.encode()
+            header = b"" if text.find(b"VERSION") >= 0 else _CATALOGUE_HEADER.encode()
             with replace_file(path) as stream:
                 stream.write(header + text.rstrip() + b"\n\n" + "".join(lines).encode())
 

@@ -17,7 +17,8 @@ from pathlib import Path
 import bpy
 
 from ....fitter.storage.files import hold_lock
-from .. import lamps, versions
+from .. import versions
+from ..blender import followers
 from ..shading import material as materials
 from . import assets
 
@@ -63,10 +64,10 @@ def _names(path: Path) -> dict[str, list[str]] | None:
 def parts(path: str | Path) -> list[Path]:
     """The existing files of a library: `path`, and the numbered ones beside it."""
     path = Path(path)
-    return [part for part in (path, *_numbered(path)) if part.exists() and not refusal(part)]
+    return [part for part in (path, *_further_parts(path)) if part.exists() and not refusal(part)]
 
 
-def _numbered(path: Path) -> list[Path]:
+def _further_parts(path: Path) -> list[Path]:
     return sorted(path.parent.glob(f"{glob.escape(path.stem)}-[0-9][0-9][0-9]{path.suffix}"))
 
 
@@ -100,7 +101,7 @@ def writing(path: str | Path, force: bool) -> Iterator[None]:
         if reason and (not force or not path.is_file()):
             raise LibraryError(f"{reason}. Choose another name" + (
                 f", or use --force to keep it as {kept_name(path)}" if path.is_file() else ""))
-        for part in (path, *_numbered(path)):
+        for part in (path, *_further_parts(path)):
             for left in (_temporary(part), _temporary(part).with_suffix(".blend@")):      # of a process that was killed
                 left.unlink(missing_ok=True)
         yield
@@ -185,7 +186,7 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
             target.materials = [*wanted]        # Blender puts the materials into the list that it is given
         # appending may add numbers to the names
         names_before: dict[bpy.types.Material, str] = dict(zip(target.materials, wanted, strict=True))
-        lamps.update(bpy.context.evaluated_depsgraph_get())
+        followers.tell(bpy.context)
         for item in target.materials:
             same = [other for other in before if identity(other) == identity(item)]
             # users may have made copies: take the one of the same name; mixes have nothing else
@@ -204,7 +205,7 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
         return names
 
 
-def measured() -> list[bpy.types.Material]:
+def list_measured() -> list[bpy.types.Material]:
     """The measured materials of the open file."""
     return [item for item in bpy.data.materials if item.library is None and materials.is_measured(item)]
 

@@ -1,5 +1,5 @@
 """Building a material of a fit: bytecode, node group, closure nodes, mixes, exported surface; how it is rendered.
 
-`material` is the way in. It has `lamps` write those of the scene into each new group; libraries, checks and slices
-import it.
+`material` is the way in: libraries, checks and slices import it. It knows no lamps: `lamps` follows each new group
+(`blender/followers`).
 """

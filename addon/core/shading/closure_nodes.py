@@ -24,7 +24,7 @@ _DISTRIBUTIONS: dict[Kind, str] = {"GGX": "GGX", "Beckmann": "BECKMANN"}
 _UNCONNECTED = 0.5          # a normal or tangent that is shorter is an unconnected input
 _ANY = (1.3e-5, 0.7e-5, 1.1e-5)     # added to tangents, so that none is without direction
 _MILLIMETRE = 1e-3          # m
-_WIDTH, _HEIGHT = 200, 260          # of a place in the node editor
+_PLACE_WIDTH, _HEIGHT = 200, 260    # of a place in the node editor
 
 
 class Inputs(NamedTuple):
@@ -79,7 +79,7 @@ class _Builder:
             setattr(node, name, value)
         node.location = self.x, self.y
         node.hide = kind in {"ShaderNodeMath", "ShaderNodeVectorMath", "ShaderNodeSeparateXYZ"}
-        self.x += _WIDTH
+        self.x += _PLACE_WIDTH
         return node
 
     def put(self, socket: bpy.types.NodeSocket, value: _Value) -> None:
@@ -129,13 +129,13 @@ def add_frame(tree: bpy.types.NodeTree, inputs: Inputs, turn: float | None, x: f
     given: dict[str, _Value] = {"Tint": inputs.tint, "Strength": inputs.strength, "Normal": inputs.normal}
     if turn is None or inputs.tangent is None or inputs.rotation is None:
         node = build.group("Frame", _fill_frame, given)
-        return _outputs_of(node)
+        return _frame_outputs(node)
     node = build.group("Turned Frame", _fill_turned_frame,
                        given | {"Tangent": inputs.tangent, "Rotation": inputs.rotation, "Turn": turn})
-    return _outputs_of(node)
+    return _frame_outputs(node)
 
 
-def _outputs_of(node: bpy.types.Node) -> Frame:
+def _frame_outputs(node: bpy.types.Node) -> Frame:
     out = node.outputs
     return Frame(out["Colour"], out["Normal"], out["Away"], out["Tangent"], out["Polar"], out.get("Phase"))
 
@@ -217,11 +217,11 @@ def add_walk(tree: bpy.types.NodeTree, walk: Walk, is_cycles: bool, scale: bpy.t
         diffuse = build.node("ShaderNodeBsdfDiffuse")
         build.put(diffuse.inputs["Color"], build.vector("MULTIPLY", inputs.tint, _vector(rest)))
         build.put(diffuse.inputs["Normal"], frame.normal)
-        below = _added(build, below, diffuse.outputs[0])
+        below = _add_shaders(build, below, diffuse.outputs[0])
     passed = build.node("ShaderNodeMixShader")          # weighs it: its colour says how it scatters
     build.put(passed.inputs[0], share)
     build.put(passed.inputs[2], below)
-    return _added(build, above, passed.outputs[0])
+    return _add_shaders(build, above, passed.outputs[0])
 
 
 def _vector(numbers: FloatArray) -> tuple[float, float, float]:
@@ -229,7 +229,7 @@ def _vector(numbers: FloatArray) -> tuple[float, float, float]:
     return first, second, third
 
 
-def _added(build: _Builder, first: bpy.types.NodeSocket, second: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+def _add_shaders(build: _Builder, first: bpy.types.NodeSocket, second: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
     both = build.node("ShaderNodeAddShader")
     build.put(both.inputs[0], first)
     build.put(both.inputs[1], second)
@@ -294,7 +294,7 @@ def _fill_lobe(tree: bpy.types.NodeTree, kind: Kind, names: tuple[str, ...]) -> 
         build.put(closure.inputs["Roughness"], parts[0])
     build.put(closure.inputs["Color"], seen)
     build.put(closure.inputs["Normal"], normal)
-    _group_outputs(tree, {"sum": _added(build, inputs["Below"], closure.outputs[0])})
+    _group_outputs(tree, {"sum": _add_shaders(build, inputs["Below"], closure.outputs[0])})
 
 
 def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> dict[str, bpy.types.NodeSocket]:
@@ -302,14 +302,14 @@ def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> dict[str, 
     for name, kind in types.items():
         tree.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
     node = tree.nodes.new("NodeGroupInput")
-    node.location = -_WIDTH, 0
+    node.location = -_PLACE_WIDTH, 0
     return {name: node.outputs[name] for name in types}
 
 
 def _group_outputs(tree: bpy.types.NodeTree, outputs: dict[str, bpy.types.NodeSocket | None]) -> None:
     """Give a new group these outputs, as far as there are any."""
     node = tree.nodes.new("NodeGroupOutput")
-    node.location = 10 * _WIDTH, 0
+    node.location = 10 * _PLACE_WIDTH, 0
     for name, socket in outputs.items():
         if socket is not None:
             kind = {"VALUE": "Float", "SHADER": "Shader"}.get(socket.type, "Vector")

@@ -35,7 +35,7 @@ def get(scene: bpy.types.Scene) -> Any:
     return scene.measured_brdf_comparison
 
 
-def pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types.Material | None:
+def find_pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types.Material | None:
     """The material with which another is compared in a scene; None if there is none, or it is the same."""
     other: bpy.types.Material | None = get(scene).pinned
     return None if other is None or other == material or not materials.is_shown(other) else other

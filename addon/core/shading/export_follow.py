@@ -32,7 +32,7 @@ def _on_edit(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             _changed.setdefault(item.session_uid, False)
     if images:
         for item in bpy.data.materials:
-            if _is_followed(item) and export_surface.is_baked_of(not_none(materials.surface_node(item)), images):
+            if _is_followed(item) and export_surface.uses_images(not_none(materials.surface_node(item)), images):
                 _changed[item.session_uid] = True
     if _changed:
         _stop_waiting()
@@ -82,20 +82,20 @@ def _stop_waiting() -> None:
 
 
 @persistent
-def _before_save(*_: object) -> None:
+def _on_save(*_: object) -> None:
     if _changed:
         _follow_all()
 
 
 def register() -> None:
     bpy.app.handlers.depsgraph_update_post.append(_on_edit)
-    bpy.app.handlers.save_pre.append(_before_save)
+    bpy.app.handlers.save_pre.append(_on_save)
 
 
 def unregister() -> None:
     _stop_waiting()
     _changed.clear()
     for handlers, handler in ((bpy.app.handlers.depsgraph_update_post, _on_edit),
-                              (bpy.app.handlers.save_pre, _before_save)):
+                              (bpy.app.handlers.save_pre, _on_save)):
         if handler in handlers:
             handlers.remove(handler)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ....fitter.arrays import FloatArray
 
 LARGEST = 2048              # texels on a side of what is baked
-_STILL = "FILE", "GENERATED"
+_STILL_KINDS = "FILE", "GENERATED"
 
 
 class Picture(NamedTuple):
@@ -64,7 +64,8 @@ def read(socket: bpy.types.NodeSocket) -> Product:
         product = read(node.inputs[0])
     elif node.type in ("RGB", "VALUE"):
         product = _constant(link.from_socket)
-    elif node.type == "TEX_IMAGE" and node.image is not None and node.image.source in _STILL and min(node.image.size):
+    elif (node.type == "TEX_IMAGE" and node.image is not None and node.image.source in _STILL_KINDS
+          and min(node.image.size)):
         product = Product(np.ones(3), (Picture(node, link.from_socket.name),))
     elif factors := _factors(node):
         first, second = (read(factor) for factor in factors)

@@ -4,6 +4,9 @@ It has a Material Output of its own, for all renderers. Cycles and EEVEE prefer 
 whoever asks for any output gets this one: MaterialX, and glTF, which takes the active output. USD takes the first
 Principled BSDF of a material, OBJ and FBX one that is linked to an output. None looks for it inside of a group.
 
+How bright highlights are is a level in glTF and MaterialX, which follow links to Value nodes. In the preview of USD,
+which takes what an input has without its link, as OBJ does, it is an index of refraction.
+
 Tint and Strength multiply all that the closest Principled BSDF reflects. Where images are in them, or are masks of a
 mix, the products are baked: of the four formats glTF alone has a factor beside a texture.
 """
@@ -17,6 +20,8 @@ import bpy
 import numpy as np
 
 from ....fitter.colours import DEFAULT_COLOURS, conversion
+from ....fitter.cycles.principled_bsdf import DIELECTRIC
+from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
@@ -27,21 +32,22 @@ if TYPE_CHECKING:
     from ....fitter.cycles.principled_bsdf import Principled
     from ..storage.outcomes import Surface
 
-NAME = "Measured BRDF Export"
-BASE_COLOR, ROUGH_METAL = f"{NAME} Base Color", f"{NAME} Roughness and Metallic"     # Image Texture nodes
-_CHANNELS = f"{NAME} Channels"          # node that separates the latter
+EXPORT_NAME = "Measured BRDF Export"
+BASE_COLOR, ROUGH_METAL = f"{EXPORT_NAME} Base Color", f"{EXPORT_NAME} Roughness and Metallic"  # Image Texture nodes
+_CHANNELS = f"{EXPORT_NAME} Channels"   # node that separates the latter
 _FITTED = "measured_brdf"               # custom properties of the node: the values of the last fit,
 _SHOWN = "measured_brdf_shown"          # those that were last written,
-_ALBEDO = "albedo"                      # among either: of the whole surface, for the Solid viewport,
-_NORMAL = "measured_brdf_normal"        # the node that the normal was taken from,
+_ALBEDO_VALUE = "albedo"                # among either: of the whole surface, for the Solid viewport,
+_NORMAL_SOURCE = "measured_brdf_normal"  # the node that the normal was taken from,
 _DISPLACED = "measured_brdf_displacement"       # the node that displacement was taken from,
-_KEY = "measured_brdf_key"              # what all was made of,
+_EXPORT_KEY = "measured_brdf_key"       # what all was made of,
 _LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
-_LEVEL = "Specular IOR Level"
+_LEVEL_INPUT = "Specular IOR Level"
+_INPUTS_OF_USD = ((_LEVEL_INPUT, 0.5), ("IOR", 1.5))      # where links are not followed, and what new nodes have
 NOT_EVERYWHERE = "In "                  # how a loss begins that not all formats have
 _HUE = 0.05                             # of a tint, largest less smallest over largest: less is grey
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
-_SMOOTH = 0.3                           # roughness below which reflections are seen as such
+_SMOOTH_ROUGHNESS = 0.3                 # roughness below which reflections are seen as such
 
 _Read = Callable[[bpy.types.NodeSocket], "FloatArray"]
 _Values = dict[str, Any]
@@ -60,14 +66,14 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
     export = _export_node(not_none(material.node_tree))
     if export is not None:
         fitted = inputs(surface.principled, lambda color: scene_color(surface, color))
-        export[_SHOWN] = {**_written(export), _ALBEDO: tuple(albedo)}
-        export[_FITTED] = {**fitted, _ALBEDO: tuple(albedo)}
+        export[_SHOWN] = {**_last_written(export), _ALBEDO_VALUE: tuple(albedo)}
+        export[_FITTED] = {**fitted, _ALBEDO_VALUE: tuple(albedo)}
         follow(material, node)
 
 
 def mix(material: bpy.types.Material, node: bpy.types.Node) -> None:
     """Make the Principled BSDF of a mix that `node` shows, between those of its materials."""
-    if _blended(node, material, lambda socket: _product(socket).constant):
+    if _blend_values(node, material, lambda socket: _product(socket).constant):
         _export_node(not_none(material.node_tree))
         follow(material, node)
 
@@ -82,20 +88,20 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
     _follow_normal(tree, node, export)
     _follow_displacement(tree, export)
     products = _products(node)
-    key = repr((_blended(node, material, lambda socket: _factor(socket, products, {})),
+    key = repr((_blend_values(node, material, lambda socket: _factor(socket, products, {})),
                 [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
-                _lost(node)))
-    if key == export.get(_KEY) and not again:
+                _list_losses(node)))
+    if key == export.get(_EXPORT_KEY) and not again:
         return
     found = evaluate(material, node)
     if not found.values:
         return
     values = found.values
     _bake(material, export, values, found.placed)
-    _set(export, {name: _mean(value) for name, value in values.items() if name != _ALBEDO})
-    if _ALBEDO in values:
-        _set_solid(material, export, _mean(values[_ALBEDO]))
-    export[_KEY], export[_LOST] = key, "\n".join(found.lost)
+    _set(export, {name: _mean(value) for name, value in values.items() if name != _ALBEDO_VALUE})
+    if _ALBEDO_VALUE in values:
+        _set_solid(material, export, _mean(values[_ALBEDO_VALUE]))
+    export[_EXPORT_KEY], export[_LOST] = key, "\n".join(found.lost)
 
 
 class Evaluated(NamedTuple):
@@ -133,7 +139,7 @@ def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
     def read(socket: bpy.types.NodeSocket) -> FloatArray:
         return _factor(socket, products, seen)
 
-    values, lost, tint = _blended(node, material, read, fitted), _lost(node), np.ones(3)
+    values, lost, tint = _blend_values(node, material, read, fitted), _list_losses(node), np.ones(3)
     for name in ("Tint", "Strength"):
         tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
     if values:
@@ -154,10 +160,15 @@ def losses(material: bpy.types.Material) -> list[str]:
     if all(link.from_node != export for link in links):
         return [f"What other programs get is the surface at the output {output.name}" if output is not None
                 else "Other programs get no surface: there is no Material Output for all renderers"]
-    return [line for line in export.get(_LOST, "").split("\n") if line]
+    lost = [line for line in export.get(_LOST, "").split("\n") if line]
+    images = [tree.nodes[name].image for name in (BASE_COLOR, ROUGH_METAL) if name in tree.nodes]
+    if any(image is not None and image.packed_file is not None for image in images):
+        lost.append(f"{NOT_EVERYWHERE}OBJ, and in FBX that does not embed them, textures are named and not written "
+                    "while they are packed: File > External Data > Unpack Resources writes them")
+    return lost
 
 
-def is_baked_of(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bool:
+def uses_images(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bool:
     """Whether what is exported of a measured group or a mix is made of any of these images."""
     names = {image.name for image in images}
     return any(picture.key[0] in names for socket in _factors(node) for picture in _product(socket).pictures)
@@ -167,14 +178,14 @@ def is_reflective(material: bpy.types.Material) -> bool:
     """Whether a measured material shows what is around it, as metals and smooth surfaces do."""
     export = _node(not_none(material.node_tree))
     fitted = {} if export is None else dict(export.get(_FITTED, {}).items())
-    return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH
-                             or (fitted["Coat Weight"] > 0.5 and fitted["Coat Roughness"] < _SMOOTH))
+    return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH_ROUGHNESS
+                             or (fitted["Coat Weight"] > 0.5 and fitted["Coat Roughness"] < _SMOOTH_ROUGHNESS))
 
 
 def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:
     """The values of the inputs of a Principled BSDF by name; `shown` converts its colours, (3,) each."""
     return {"Base Color": (*shown(close.base_color), 1.0), "Metallic": close.metallic, "Roughness": close.roughness,
-            _LEVEL: close.specular_level, "Specular Tint": (1.0, 1.0, 1.0, 1.0),
+            _LEVEL_INPUT: close.specular_level, "Specular Tint": (1.0, 1.0, 1.0, 1.0),
             "Sheen Weight": close.sheen_weight,
             "Sheen Roughness": close.sheen_roughness, "Sheen Tint": (*shown(close.sheen_tint), 1.0),
             "Coat Weight": close.coat_weight, "Coat Roughness": close.coat_roughness}
@@ -188,14 +199,14 @@ def scene_color(surface: Surface, color: FloatArray) -> FloatArray:
 def _factors(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
     """The inputs that change what is exported of a measured group or of a mix, also of the mixes inside of it."""
     yield from (node.inputs[name] for name in ("Tint", "Strength") if name in node.inputs)
-    yield from _shares(node)
+    yield from _share_sockets(node)
 
 
-def _shares(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
+def _share_sockets(node: bpy.types.Node) -> Iterator[bpy.types.NodeSocket]:
     if mixing.mixes.is_mix(node.node_tree):
         yield mixing.mixes.factor(node)
         for part in mixing.mixes.nodes(node):
-            yield from _shares(part)
+            yield from _share_sockets(part)
 
 
 def _product(socket: bpy.types.NodeSocket) -> Product:
@@ -215,7 +226,7 @@ def _factor(socket: bpy.types.NodeSocket, products: dict[int, Product], seen: di
     return value
 
 
-def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
+def _blend_values(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
              fitted: Callable[[bpy.types.Material], _Values] | None = None) -> _Values:
     """The values of what a measured group or a mix shows, by name: (1 or 3,) or (height, width, 1 or 3); none where
     a material of a mix has been deleted, or has no exported surface."""
@@ -225,7 +236,7 @@ def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _R
             return {}
         return _own(export, dict(export[_FITTED].items()) if fitted is None else fitted(material))
     parts, share = mixing.mixes.parts(node), np.clip(read(mixing.mixes.factor(node)), 0, 1)
-    below, above = (_blended(part, of, read, fitted)
+    below, above = (_blend_values(part, of, read, fitted)
                     for part, of in zip(mixing.mixes.nodes(node), parts[:2], strict=True))
     return {name: (1 - weight) * below[name] + weight * above[name] for name in below if name in above
             for weight in [share if len(below[name]) == 3 else share[..., :1]]}
@@ -233,37 +244,48 @@ def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _R
 
 def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
     """The values of a fit, and what the user has changed of them."""
-    written, values = _written(export), {}
+    written, values = _last_written(export), {}
     for name, value in fitted.items():
-        own = value if name == _ALBEDO or _is_as_written(export, name, written) else export.inputs[name].default_value
+        is_fitted = name == _ALBEDO_VALUE or _is_as_written(export, name, written)
+        own = value if is_fitted else _socket(export, name).default_value
         values[name] = np.array(own, dtype=float).ravel()[:3]
     return values
 
 
-def _written(export: bpy.types.Node) -> _Values:
+def _last_written(export: bpy.types.Node) -> _Values:
     """The values that were last written."""
     return dict(export.get(_SHOWN, {}).items())
 
 
 def _is_as_written(export: bpy.types.Node, name: str, written: _Values) -> bool:
-    return name not in written or np.allclose(written[name], export.inputs[name].default_value, atol=1e-6)
+    return name not in written or np.allclose(written[name], _socket(export, name).default_value, atol=1e-6)
+
+
+def _socket(export: bpy.types.Node, name: str) -> Any:
+    """Where the value of an input is: at a Value node of ours that is connected to it, or at the input itself."""
+    link = next(iter(not_none(export.inputs[name].links)), None)
+    is_ours = link is not None and link.from_node.name == f"{EXPORT_NAME} {name}" and link.from_node.type == "VALUE"
+    return link.from_socket if link is not None and is_ours else export.inputs[name]
 
 
 def _multiply(values: _Values, factor: FloatArray, lost: list[str]) -> None:
     """Multiply all that a surface reflects; `lost` gets what of it exceeds 1, or is not in all files.
 
-    How bright highlights are is in their level, which all formats have, and their hue in the tint, which glTF and
-    MaterialX have. The tint of a metal is that of its edge, which no level changes.
+    How bright highlights are is in their level, and their hue in the tint, which glTF and MaterialX have. The tint of a
+    metal is that of its edge, which no level changes.
     """
     grey = (factor @ export_inputs.grey_weights())[..., None]
     brightest = factor.max(axis=-1, keepdims=True) ** (1 - values["Metallic"])
     values["Specular Tint"] = np.divide(1.0, brightest, out=np.ones_like(brightest), where=brightest > 0) * np.ones(3)
-    if _LEVEL in values:
-        values[_LEVEL] = values[_LEVEL] * brightest
+    if _LEVEL_INPUT in values:
+        values[_LEVEL_INPUT] = values[_LEVEL_INPUT] * brightest
+    if np.abs(brightest - 1).max() > _HUE:
+        lost.append(f"{NOT_EVERYWHERE}FBX highlights are as bright as without Tint and Strength; so they are in OBJ "
+                    "where a program does not read its index of refraction")
     if (np.ptp(factor / np.maximum(brightest, 1e-9), axis=-1, keepdims=True) * (1 - values["Metallic"])).max() > _HUE:
         lost.append(f"{NOT_EVERYWHERE}USD, OBJ and FBX highlights are white: these formats have no tint of them")
     for name, by in (("Base Color", factor), ("Specular Tint", factor), ("Sheen Tint", factor), ("Coat Weight", grey),
-                     (_ALBEDO, factor)):
+                     (_ALBEDO_VALUE, factor)):
         if name in values:
             bright = values[name] * by
             if name == "Base Color" and bright.max() > 1 + _VISIBLE:
@@ -278,7 +300,7 @@ def _mean(value: FloatArray) -> Any:
     return (*mean.tolist(), 1.0) if len(mean) == 3 else float(mean[0])
 
 
-def _lost(node: bpy.types.Node) -> list[str]:
+def _list_losses(node: bpy.types.Node) -> list[str]:
     lost, placements = [], []
     for socket in _factors(node):
         try:
@@ -296,7 +318,7 @@ def _lost(node: bpy.types.Node) -> list[str]:
         lost.append(f"{NOT_EVERYWHERE}USD the normal map has a Strength of 1")
     if "Tangent" in node.inputs:
         lost.append("The highlight is exported round: Tangent and Rotation have no effect")
-    if node_group.SCALE in node.inputs:
+    if node_group.SCALE_INPUT in node.inputs:
         lost.append("Light below the surface is exported as a diffuse surface of the same albedo")
     return lost
 
@@ -313,13 +335,13 @@ def normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 def _follow_normal(tree: bpy.types.NodeTree, node: bpy.types.Node, export: bpy.types.Node) -> None:
     wanted, normal = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None, export.inputs["Normal"]
     link = not_none(normal.links)[0] if normal.is_linked else None
-    if link is not None and link.from_node.name != export.get(_NORMAL):
+    if link is not None and link.from_node.name != export.get(_NORMAL_SOURCE):
         return                          # the user's own
     if link is not None and link.from_socket != wanted:
         tree.links.remove(link)
     if wanted is not None and not normal.is_linked:
         tree.links.new(wanted, normal)
-        export[_NORMAL] = wanted.node.name
+        export[_NORMAL_SOURCE] = wanted.node.name
 
 
 def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> None:
@@ -382,7 +404,7 @@ def _fill(tree: bpy.types.NodeTree, name: str, called: str, picture: FloatArray 
     image.filepath_raw = f"//{image.name}.png"      # OBJ and USD name it by its path, and USD writes it by its name
     image.pack()
     if texture is None:
-        export = tree.nodes[NAME]
+        export = tree.nodes[EXPORT_NAME]
         texture = tree.nodes.new("ShaderNodeTexImage")
         texture.name = texture.label = name
         texture.location = export.location.x - 500, export.location.y - 300 * is_data
@@ -408,29 +430,33 @@ def new_image(name: str, picture: FloatArray, is_data: bool) -> bpy.types.Image:
 def _connect(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
     """Connect an input, unless the user has connected something to it."""
     links = not_none(target.links)
-    if target.node.name != NAME or all(link.from_node.name in (BASE_COLOR, _CHANNELS) for link in links):
+    if target.node.name != EXPORT_NAME or all(link.from_node.name in (BASE_COLOR, _CHANNELS) for link in links):
         tree.links.new(source, target)
 
 
 def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
     """Set inputs; what a user has changed since they were last set stays."""
-    written = _written(node)
+    written = _last_written(node)
     for name, value in values.items():
         if _is_as_written(node, name, written):
-            node.inputs[name].default_value = written[name] = value
+            _socket(node, name).default_value = written[name] = value
     node[_SHOWN] = written
+    # UsdPreviewSurface has no level: an index alone tells how bright highlights are
+    if all(_socket(node, name) != node.inputs[name] for name, _ in _INPUTS_OF_USD):
+        level = np.array(_socket(node, _LEVEL_INPUT).default_value)
+        node.inputs["IOR"].default_value = float(reflectance_to_index(2 * DIELECTRIC * level))
 
 
 def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:
     """Set the colour in the Solid viewport, unless the user has."""
-    before = _written(export)
-    if _ALBEDO not in before or np.allclose(before[_ALBEDO], material.diffuse_color[:3], atol=1e-6):
+    before = _last_written(export)
+    if _ALBEDO_VALUE not in before or np.allclose(before[_ALBEDO_VALUE], material.diffuse_color[:3], atol=1e-6):
         material.diffuse_color = albedo
-        export[_SHOWN] = {**before, _ALBEDO: albedo[:3]}
+        export[_SHOWN] = {**before, _ALBEDO_VALUE: albedo[:3]}
 
 
 def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
-    node = tree.nodes.get(NAME)
+    node = tree.nodes.get(EXPORT_NAME)
     return node if node is not None and node.bl_idname == "ShaderNodeBsdfPrincipled" else None
 
 
@@ -444,8 +470,13 @@ def _export_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     below = min((each.location.y for each in outputs), default=0) - 180
     if node is None:
         node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+        for number, (name, value) in enumerate(_INPUTS_OF_USD):
+            made = tree.nodes.new("ShaderNodeValue")
+            made.name, made.label, made.location = f"{EXPORT_NAME} {name}", name, (right - 460, below - 100 * number)
+            made.outputs[0].default_value = node.inputs[name].default_value = value
+            tree.links.new(made.outputs[0], node.inputs[name])
     output = tree.nodes.new("ShaderNodeOutputMaterial")
-    node.name = node.label = output.label = NAME
+    node.name = node.label = output.label = EXPORT_NAME
     output.location, node.location = (right, below), (right - 260, below)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     output.is_active_output = True

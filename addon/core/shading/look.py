@@ -34,23 +34,23 @@ LIGHTINGS = ((STUDIO, "Studio", "Three area lights before a grey floor"),
              (SKY, "Sky", "Blender's Sky Texture, with the sun"),
              (WORLD, "World", "The world of this scene"))
 
-SOURCE = "materials.blend"
+MATERIALS_FILE = "materials.blend"
 _REQUEST = "request.json"
-_NAME = "Measured BRDF Look"
-_SUBJECT, _FLOOR = f"{_NAME} Subject", f"{_NAME} Floor"
+_LOOK_NAME = "Measured BRDF Look"
+_SUBJECT, _FLOOR_NAME = f"{_LOOK_NAME} Subject", f"{_LOOK_NAME} Floor"
 _SEGMENTS = 128
 _GROOVE = math.radians(58), math.radians(7), 0.06       # of the ball: its polar angle, half its width, and its depth
 _TILT = math.radians(-28)                               # of the ball, toward the camera
 _BALL_AT = 1.28                                         # height of the middle of the ball, m
-_GREY = 0.3                                             # albedo of the floor
+_FLOOR_ALBEDO = 0.3                                     # albedo of the floor
 _SUN = math.radians(38), math.radians(140)              # elevation and rotation of the sky's sun
 _SKY_STRENGTH = 0.06
 _EXTENT = 1000.0                                        # of the floor under a sky, m
-_SHARP = math.radians(40)                               # edges beyond this angle are
+_SHARP_EDGE = math.radians(40)                          # edges beyond this angle are
 _CAMERA = {STUDIO: (0.0, -9.5, 3.2), SKY: (0.0, -9.8, 1.7), WORLD: (0.0, -9.8, 1.7)}
-_LIGHTS = (((-4.0, -3.5, 5.0), 2.5, 420.0), ((5.0, -3.0, 2.5), 3.0, 110.0), ((2.0, 4.0, 5.0), 2.0, 300.0))
+_SCENE_LIGHTS = (((-4.0, -3.5, 5.0), 2.5, 420.0), ((5.0, -3.0, 2.5), 3.0, 110.0), ((2.0, 4.0, 5.0), 2.0, 300.0))
 """Of the studio: place, diameter (m) and power (W)."""
-_END = b"IEND\xaeB`\x82"              # of a PNG
+_PNG_END = b"IEND\xaeB`\x82"          # of a PNG
 _SAMPLE = re.compile(r"Sample (\d+)/(\d+)")
 
 
@@ -72,18 +72,19 @@ class Request(NamedTuple):
 
 
 def write_request(folder: Path, request: Request) -> None:
-    """Write what `answer` is to render, beside `SOURCE`."""
+    """Write what `answer` is to render, beside `MATERIALS_FILE`."""
     (folder / _REQUEST).write_text(json.dumps(request._asdict()), "utf-8")
 
 
 def answer(folder: Path) -> None:
-    """Render the materials of a folder's `SOURCE`, as its request says. `pictures` reads them."""
+    """Render the materials of a folder's `MATERIALS_FILE`, as its request says. `pictures` reads them."""
     progress.report(0.0, "Opening")
     request = Request(**json.loads((folder / _REQUEST).read_text("utf-8")))
-    with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
+    with bpy.data.libraries.load(str(folder / MATERIALS_FILE), link=False) as (_, target):
         target.materials, target.worlds = list(request.materials), [request.world] if request.world else []
     if None in (*target.materials, *target.worlds):
-        raise ValueError(f"{folder / SOURCE}: expected {', '.join(filter(None, (*request.materials, request.world)))}")
+        raise ValueError(f"{folder / MATERIALS_FILE}: expected "
+                         f"{', '.join(filter(None, (*request.materials, request.world)))}")
     world = target.worlds[0] if request.world else None
     scene = scene_for(request.shape, request.lighting, world, request.size, request.samples)
     if world is not None:
@@ -105,7 +106,7 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
     Shape and lighting are of `SHAPES` and `LIGHTINGS`, of which WORLD takes a world; `size` is in pixels on a side,
     `samples` per pixel.
     """
-    scene = bpy.data.scenes.new(_NAME)
+    scene = bpy.data.scenes.new(_LOOK_NAME)
     osl_support.enable(scene)
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
     scene.cycles.caustics_reflective = False        # of the floor: noise
@@ -116,12 +117,12 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
     scene.view_settings.view_transform = "Standard" if lighting == STUDIO else "AgX"
     scene.world = world if lighting == WORLD else _sky() if lighting == SKY else _dim()
     if shape == BALL:
-        _add(scene, _SUBJECT, _lathe(_ball_profile())).matrix_world = _placed(_BALL_AT, _TILT)
+        _add(scene, _SUBJECT, _lathe(_ball_profile())).matrix_world = _placement(_BALL_AT, _TILT)
         _add(scene, _SUBJECT, _lathe(_stand_profile()))
     else:
-        _add(scene, _SUBJECT, sphere()).matrix_world = _placed(1.0, 0.0)
+        _add(scene, _SUBJECT, sphere()).matrix_world = _placement(1.0, 0.0)
     if lighting != WORLD:
-        _add(scene, _FLOOR, _backdrop() if lighting == STUDIO else _plane())
+        _add(scene, _FLOOR_NAME, _backdrop() if lighting == STUDIO else _plane())
     if lighting == STUDIO:
         _add_lights(scene)
     _add_camera(scene, _CAMERA[lighting], *((1.12, 112) if shape == BALL else (1.0, 122)))
@@ -136,9 +137,9 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> 
         if item.name.startswith(_SUBJECT):
             item.material_slots[0].material = material
     scene.render.filepath = str(path)
-    with _reported():
+    with _report_progress():
         bpy.ops.render.render(write_still=True, scene=scene.name)
-    if not path.read_bytes().endswith(_END):        # Blender does not tell
+    if not path.read_bytes().endswith(_PNG_END):    # Blender does not tell
         raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
     image = bpy.data.images.load(str(path))
     picture = picture_of(image)
@@ -147,7 +148,7 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> 
 
 
 @contextmanager
-def _reported() -> Iterator[None]:
+def _report_progress() -> Iterator[None]:
     here = copy_context()
 
     @persistent
@@ -170,7 +171,7 @@ def _add(scene: bpy.types.Scene, name: str, mesh: bpy.types.Mesh) -> bpy.types.O
     return item
 
 
-def _placed(height: float, tilt: float) -> Matrix:
+def _placement(height: float, tilt: float) -> Matrix:
     return Matrix.Translation((0, 0, height)) @ Matrix.Rotation(tilt, 4, "X")
 
 
@@ -208,7 +209,7 @@ def _lathe(profile: FloatArray) -> bpy.types.Mesh:
     faces = np.stack([first, first + 1, first + _SEGMENTS + 2, first + _SEGMENTS + 1], axis=-1)
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))])
     uv = np.stack([faces % (_SEGMENTS + 1) / _SEGMENTS, along[faces // (_SEGMENTS + 1)] / along[-1]], axis=-1)
-    mesh = bpy.data.meshes.new(_NAME)
+    mesh = bpy.data.meshes.new(_LOOK_NAME)
     mesh.from_pydata(places.tolist(), [], faces.tolist())
     mesh.uv_layers.new().uv.foreach_set("vector", uv.astype(np.float32).ravel())
     mesh.materials.append(None)
@@ -219,7 +220,7 @@ def _lathe(profile: FloatArray) -> bpy.types.Mesh:
         face.smooth = True
     shape.to_mesh(mesh)
     shape.free()
-    mesh.set_sharp_from_angle(angle=_SHARP)
+    mesh.set_sharp_from_angle(angle=_SHARP_EDGE)
     return mesh
 
 
@@ -238,31 +239,31 @@ def _plane() -> bpy.types.Mesh:
 
 
 def _floor(places: list[tuple[float, float, float]], faces: list[tuple[int, int, int, int]]) -> bpy.types.Mesh:
-    mesh = bpy.data.meshes.new(_NAME)
+    mesh = bpy.data.meshes.new(_LOOK_NAME)
     mesh.from_pydata(places, [], faces)
     for polygon in mesh.polygons:
         polygon.use_smooth = True
-    mesh.materials.append(_grey())
+    mesh.materials.append(_floor_material())
     return mesh
 
 
-def _grey() -> bpy.types.Material:
-    material = bpy.data.materials.new(_FLOOR)
+def _floor_material() -> bpy.types.Material:
+    material = bpy.data.materials.new(_FLOOR_NAME)
     if bpy.app.version < (5, 0, 0):             # since then every material does
         material.use_nodes = True
     nodes = not_none(material.node_tree).nodes
     nodes.clear()
     diffuse, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
-    diffuse.inputs["Color"].default_value = (_GREY, _GREY, _GREY, 1)
+    diffuse.inputs["Color"].default_value = (_FLOOR_ALBEDO, _FLOOR_ALBEDO, _FLOOR_ALBEDO, 1)
     not_none(material.node_tree).links.new(diffuse.outputs["BSDF"], output.inputs["Surface"])
     return material
 
 
 def _add_lights(scene: bpy.types.Scene) -> None:
-    for place, size, power in _LIGHTS:
-        light = bpy.data.lights.new(_NAME, "AREA")
+    for place, size, power in _SCENE_LIGHTS:
+        light = bpy.data.lights.new(_LOOK_NAME, "AREA")
         light.shape, light.size, light.energy = "DISK", size, power
-        item = bpy.data.objects.new(_NAME, light)
+        item = bpy.data.objects.new(_LOOK_NAME, light)
         scene.collection.objects.link(item)
         toward = Vector(place) - Vector((0, 0, 1))
         item.location, item.rotation_euler = place, toward.to_track_quat("Z", "Y").to_euler()
@@ -270,9 +271,9 @@ def _add_lights(scene: bpy.types.Scene) -> None:
 
 def _add_camera(scene: bpy.types.Scene, place: Vector3, height: float, lens: float) -> None:
     """Look from a place at a height above the origin, with a focal length in mm."""
-    camera = bpy.data.cameras.new(_NAME)
+    camera = bpy.data.cameras.new(_LOOK_NAME)
     camera.lens = lens
-    item = bpy.data.objects.new(_NAME, camera)
+    item = bpy.data.objects.new(_LOOK_NAME, camera)
     scene.collection.objects.link(item)
     item.location = place
     item.rotation_euler = (Vector(place) - Vector((0, 0, height))).to_track_quat("Z", "Y").to_euler()
@@ -298,7 +299,7 @@ def _sky() -> bpy.types.World:
 
 
 def _world() -> tuple[bpy.types.World, bpy.types.Node]:
-    world = bpy.data.worlds.new(_NAME)
+    world = bpy.data.worlds.new(_LOOK_NAME)
     if bpy.app.version < (5, 0, 0):             # since then every world does
         world.use_nodes = True
     nodes = not_none(world.node_tree).nodes

@@ -11,8 +11,9 @@ import numpy as np
 
 from ....fitter.cycles.bake import SHADER_VERSION
 from ....fitter.shader_constants import MOST_MIXED
-from .. import lamps, versions
+from .. import versions
 from ..annotations import not_none
+from ..blender import followers
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
 from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
@@ -46,12 +47,12 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
         is_new = group_node(material) is None
         node, before = _show_surface(material, outcome.surface, shader)
         node.label = outcome.measured.name
-        rendering = choices.rendering if is_new else rendering_of(material)
+        rendering = choices.rendering if is_new else get_rendering(material)
         # this correction would bend the shader's directions, which are right as they are
         material.cycles.use_bump_map_correction = False
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
-        unused, names = _replaced(material, before, not_none(node.node_tree), context)
+        unused, names = _finish_replacement(material, before, not_none(node.node_tree), context)
     bpy.data.batch_remove(unused)
     for item, name in names:
         item.name = name
@@ -63,7 +64,7 @@ def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Cont
         node, before = _show_surface(material, surface, shader)
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = surface.sphere, as_text(surface.edit), versions.CURRENT
-        unused, names = _replaced(material, before, not_none(node.node_tree), context)
+        unused, names = _finish_replacement(material, before, not_none(node.node_tree), context)
     bpy.data.batch_remove(unused)
     for item, name in names:
         item.name = name
@@ -73,15 +74,15 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
     """Give measured materials that share a shader a new one of the same fit; if that fails, all stay as they were."""
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
-        tree, replaced = node_group.shared(shader, materials[0].name), []
+        tree, replaced = node_group.find_or_create(shader, materials[0].name), []
         for material in materials:
             restored.enter_context(restored_on_error(material, RESULTS))
             node, before = show(material, tree)
             replaced.append(before)
             restored.enter_context(mixing.mixes.following(material, before, node.node_tree))
             material.measured_brdf.version = versions.CURRENT
-        lamps.update(context.evaluated_depsgraph_get())
-        unused = {item for before in replaced for item in node_group.unused(before)}
+        followers.tell(context)
+        unused = {item for before in replaced for item in node_group.unused_groups(before)}
         names = _names(tree, materials)
     bpy.data.batch_remove(unused)
     for item, name in names:
@@ -94,7 +95,7 @@ def remove(material: bpy.types.Material) -> None:
     tree = None if node is None else node.node_tree
     group = None if mix is None else mix.node_tree
     bpy.data.materials.remove(material)
-    bpy.data.batch_remove(node_group.unused(tree))
+    bpy.data.batch_remove(node_group.unused_groups(tree))
     if group is not None and not bpy.data.user_map(subset=[group])[group]:
         bpy.data.node_groups.remove(group)
 
@@ -138,20 +139,20 @@ def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> b
         seen.add(node.name)
         sockets = [node.inputs["Surface"]] if node == output else node.inputs
         left += [link.from_node for socket in sockets for link in socket.links if link.from_node.name not in seen]
-    return any(node.name in seen for node in group_nodes(material)) or mixed(tree) > len(group_nodes(material))
+    return any(node.name in seen for node in group_nodes(material)) or count_rendered(tree) > len(group_nodes(material))
 
 
-def mixed(tree: bpy.types.NodeTree | None) -> int:
+def count_rendered(tree: bpy.types.NodeTree | None) -> int:
     """How many measured BRDFs a node tree renders at once, also inside of node groups; of a mix, at most two."""
     if tree is None:
         return 0
     groups = [node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None]
     return sum(1 if node_group.script_node(group) is not None
-               else min(mixing.mixes.count(group), MOST_MIXED) if mixing.mixes.is_mix(group) else mixed(group)
+               else min(mixing.mixes.count(group), MOST_MIXED) if mixing.mixes.is_mix(group) else count_rendered(group)
                for group in groups)
 
 
-def rendering_of(material: bpy.types.Material) -> str:
+def get_rendering(material: bpy.types.Material) -> str:
     """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
     nodes = not_none(surface_node(material)).inputs.get("Nodes")
     if nodes is not None and nodes.default_value:
@@ -236,7 +237,7 @@ def show(material: bpy.types.Material,
     node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
     if node is None:
         node = nodes.new("ShaderNodeGroup")
-        node.name, node.width, node.node_tree = node_group.NAME, 200, tree
+        node.name, node.width, node.node_tree = node_group.GROUP_NAME, 200, tree
         if output is not None:
             node.location = output.location.x - 260, output.location.y
             _connect(own_tree, node, output)
@@ -251,7 +252,7 @@ def show(material: bpy.types.Material,
 
 
 def _connect(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.Node) -> None:
-    tree.links.new(node.outputs[node_group.CYCLES], output.inputs["Surface"])
+    tree.links.new(node.outputs[node_group.CYCLES_OUTPUT], output.inputs["Surface"])
 
 
 def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
@@ -268,7 +269,7 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
         eevee.location = cycles.location.x, cycles.location.y - 180
     elif eevee.inputs["Surface"].is_linked:
         return
-    tree.links.new(node.outputs[node_group.EEVEE], eevee.inputs["Surface"])
+    tree.links.new(node.outputs[node_group.EEVEE_OUTPUT], eevee.inputs["Surface"])
 
 
 def _show_surface(material: bpy.types.Material, surface: Surface,
@@ -276,20 +277,20 @@ def _show_surface(material: bpy.types.Material, surface: Surface,
     """Give a material a surface, in every renderer and in exports: what `show` returns."""
     node = group_node(material)
     former = None if node is None else node.node_tree
-    node, before = show(material, node_group.shared(shader, material.name, unlike=former))
+    node, before = show(material, node_group.find_or_create(shader, material.name, unlike=former))
     export_surface.update(material, node, surface)
     return node, before
 
 
-def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, after: bpy.types.NodeTree,
-              context: bpy.types.Context) -> tuple[list[bpy.types.ID], list[tuple[bpy.types.ID, str]]]:
-    """Tell mixes and lamps of a material's new group: what nothing uses any more, and `_names`.
+def _finish_replacement(material: bpy.types.Material, before: bpy.types.NodeTree | None, after: bpy.types.NodeTree,
+                        context: bpy.types.Context) -> tuple[list[bpy.types.ID], list[tuple[bpy.types.ID, str]]]:
+    """Tell mixes, and whoever follows, of a material's new group: what nothing uses any more, and `_names`.
 
     If that fails, mixes stay.
     """
     with mixing.mixes.following(material, before, after):
-        lamps.update(context.evaluated_depsgraph_get())
-        unused = node_group.unused(before)
+        followers.tell(context)
+        unused = node_group.unused_groups(before)
         mixing.mixes.changed(material)
         return unused, _names(after, [material])
 

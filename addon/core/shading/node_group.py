@@ -29,42 +29,43 @@ if TYPE_CHECKING:
     from ....fitter import Fit
     from ....fitter.cycles.node_mixture import Nodes
 
-NAME = "Measured BRDF"
+GROUP_NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
 NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean
 NODES_WORST = "nodes_worst"         # and at the worst viewing angle
 EEVEE_ERROR = "eevee_error"
 EEVEE_WORST = "eevee_worst"
-CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
+CYCLES_OUTPUT, EEVEE_OUTPUT = "BSDF", "EEVEE"  # outputs
 EVERYWHERE = "Exact Everywhere"     # input
-SCALE = "Scale"                     # input of what light goes below: metres per unit
+SCALE_INPUT = "Scale"               # input of what light goes below: metres per unit
 _ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
 _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
 _FIT = "fit"                        # custom property of the group: bytes
-_BYTES = "bytes_in_file"            # custom properties of the group, which tell whether a user has changed it
+_BYTES_PROPERTY = "bytes_in_file"   # custom properties of the group, which tell whether a user has changed it
 _HASH = "bytecode_hash"
-_VERSION = "shader_version"         # custom property of the group
+_VERSION_PROPERTY = "shader_version"  # custom property of the group
 
 
 # what Blender 5.0 writes beside their values, in bytes
 _NODE, _SOCKET, _LINK = 500, 640, 88
 _MATERIAL = 80_000          # of the material that has the group
 _LEAST_SCALE = 1e-6
-_SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
+_SAME_ERRORS = 1e-4         # of errors, relative: the same mixture is not the same to the last digit
 
 
-def shared(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
+def find_or_create(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
     """A node group of this file, other than `unlike`, that renders the same fit with the same version of the shader;
     else a new one.
 
     One in which a user has compiled another shader, or has added or removed something, is not shared. Raises as
     `create` does.
     """
-    alike = (tree for tree in bpy.data.node_groups if tree.library is None and tree != unlike and _is_of(tree, shader))
+    alike = (tree for tree in bpy.data.node_groups
+             if tree.library is None and tree != unlike and _renders(tree, shader))
     return next(alike, None) or create(shader, name)
 
 
-def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
+def create(shader: Shader, name: str = GROUP_NAME) -> bpy.types.NodeTree:
     """Make a node group of a name that renders with a shader. Raises CompileError if this Blender cannot compile it;
     the file then stays as it was.
     """
@@ -73,17 +74,17 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
         _fill(tree, shader)
         for key, error in _errors(shader.nodes).items():
             tree[key] = error
-        tree[_VERSION] = SHADER_VERSION
+        tree[_VERSION_PROPERTY] = SHADER_VERSION
         if shader.fit:
             tree[_FIT] = shader.fit
-        tree[_BYTES], tree[_HASH] = _bytes_in_file(tree), not_none(script_node(tree)).bytecode_hash
+        tree[_BYTES_PROPERTY], tree[_HASH] = _bytes_in_file(tree), not_none(script_node(tree)).bytecode_hash
     return tree
 
 
 def bytes_in_file(tree: bpy.types.NodeTree) -> int:
     """About how many bytes a group that `create` made takes in a .blend without compression, less the lamps, which all
     groups share; 0 where it is not known."""
-    stored = tree.get(_BYTES)
+    stored = tree.get(_BYTES_PROPERTY)
     return stored if isinstance(stored, int) else 0
 
 
@@ -93,12 +94,12 @@ def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
             + _SOCKET * sockets + _LINK * len(tree.links))
 
 
-def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
+def _renders(tree: bpy.types.NodeTree, shader: Shader) -> bool:
     """Whether a group is as `create` makes it of a shader, as far as can be told."""
     script = script_node(tree)
     return (script is not None and bool(shader.fit) and kept_fit(tree) == shader.fit
             and version(tree) == SHADER_VERSION
-            and all(math.isclose(tree.get(key, math.inf), error, rel_tol=_SAME)
+            and all(math.isclose(tree.get(key, math.inf), error, rel_tol=_SAME_ERRORS)
                     for key, error in _errors(shader.nodes).items())
             and tree.get(_HASH) == script.bytecode_hash and bytes_in_file(tree) == _bytes_in_file(tree)
             and all(node.node_tree == lamps.node_tree() or shared_groups.is_unchanged(node.node_tree)
@@ -117,7 +118,7 @@ def make(fit: Fit) -> bpy.types.NodeTree:
     return create(compile_shader(bake(fit, mixture=nodes.cycles), nodes, fit.to_bytes()))
 
 
-def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
+def unused_groups(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
     """The group and the groups that it shared with others, if nothing uses them; empty for a group in use, and for
     None."""
     # user counts will not do: Blender 4.2 counts the groups of copied materials twice
@@ -148,14 +149,14 @@ def version(tree: bpy.types.NodeTree) -> int:
 
     It is 0 for a shader that is still to be compiled, in a Blender that can.
     """
-    stored, is_made = tree.get(_VERSION), is_compiled(tree) or bool(osl_support.reason_unavailable())
+    stored, is_made = tree.get(_VERSION_PROPERTY), is_compiled(tree) or bool(osl_support.reason_unavailable())
     return stored if isinstance(stored, int) and is_made else 0
 
 
 def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
     # values and links of a group's node follow the order in which sockets are made: new ones come last, and what only
     # anisotropic fits have keeps its place
-    tree.interface.new_socket(CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+    tree.interface.new_socket(CYCLES_OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for Cycles")
     tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
     tint.default_value = (1, 1, 1, 1)
@@ -166,7 +167,7 @@ def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
     normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"
-    tree.interface.new_socket(EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+    tree.interface.new_socket(EEVEE_OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for EEVEE")
     nodes = tree.interface.new_socket("Nodes", in_out="INPUT", socket_type="NodeSocketBool")
     nodes.default_value = False
@@ -181,7 +182,7 @@ def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
         "has come by a rough surface sees the nodes, which are close. On: exact for that light too")
 
     if shader.nodes.walk is not None:
-        scale = tree.interface.new_socket(SCALE, in_out="INPUT", socket_type="NodeSocketFloat")
+        scale = tree.interface.new_socket(SCALE_INPUT, in_out="INPUT", socket_type="NodeSocketFloat")
         scale.default_value, scale.min_value = 1, _LEAST_SCALE
         scale.description = ("Metres that a unit of the scene stands for: where they are few, light goes far below the "
                              "surface, in comparison with the object")
@@ -238,11 +239,12 @@ def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.
     if script.outputs:
         tree.links.new(script.outputs[_ACTIVE], which.inputs[0])
         tree.links.new(script.outputs["BSDF"], which.inputs[2])
-    surfaces = {CYCLES: which.outputs[0], EEVEE: in_eevee}
+    surfaces = {CYCLES_OUTPUT: which.outputs[0], EEVEE_OUTPUT: in_eevee}
     if nodes.walk is not None:
         with _frame(tree, "Below the surface"):
-            surfaces = {name: closure_nodes.add_walk(tree, nodes.walk, name == CYCLES, source.outputs[SCALE], given,
-                                                     frame, above, -1200, 900 - 400 * number)
+            surfaces = {name: closure_nodes.add_walk(tree, nodes.walk, name == CYCLES_OUTPUT,
+                                                     source.outputs[SCALE_INPUT], given, frame, above, -1200,
+                                                     900 - 400 * number)
                         for number, (name, above) in enumerate(surfaces.items())}
     for name, surface in surfaces.items():
         tree.links.new(surface, output.inputs[name])

@@ -17,9 +17,9 @@ from ..storage.properties import EXACT, NODES, RENDERINGS
 from . import material as materials
 from . import node_group
 
-_LABELS = {key: label for key, label, _ in RENDERINGS}
+_RENDERING_LABELS = {key: label for key, label, _ in RENDERINGS}
 OTHER = "OTHER"             # something else is connected to the output
-_EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
+_EEVEE_ENGINES = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
 _IN_EEVEE, _IN_ANOTHER = "the engine is EEVEE", "the engine is not Cycles"
 _NOT_COMPILED = "its shader is not compiled yet"
 
@@ -48,17 +48,17 @@ class Rendered(NamedTuple):
 
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     """How a measured material is rendered in a scene."""
-    if not materials.shows(material, "EEVEE" if in_eevee(scene) else "CYCLES"):
+    if not materials.shows(material, "EEVEE" if is_eevee_used(scene) else "CYCLES"):
         return Rendered(OTHER, 1.0, 1.0, "", False)
-    tree, chosen = not_none(not_none(materials.surface_node(material)).node_tree), materials.rendering_of(material)
-    is_chosen = chosen == NODES and not in_eevee(scene)
-    off = "" if is_chosen else without_osl(scene)
+    tree, chosen = not_none(not_none(materials.surface_node(material)).node_tree), materials.get_rendering(material)
+    is_chosen = chosen == NODES and not is_eevee_used(scene)
+    off = "" if is_chosen else osl_obstacle(scene)
     why = off or ("" if is_chosen or _is_compiled(tree) else _NOT_COMPILED)
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
     can_enable = (bool(off) and chosen != NODES and not osl_support.reason_unavailable()
                   and device.effective_device(scene) in device.WITH_OSL)
-    if in_eevee(scene):
+    if is_eevee_used(scene):
         return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
     return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
 
@@ -68,25 +68,25 @@ def _is_compiled(tree: bpy.types.NodeTree) -> bool:
     return node_group.script_node(tree) is None or node_group.is_compiled(tree)
 
 
-def below_surface(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
+def subsurface_message(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """What light below the surface of a material is rendered by; empty where there is none."""
-    if node_group.SCALE not in not_none(materials.surface_node(material)).inputs:
+    if node_group.SCALE_INPUT not in not_none(materials.surface_node(material)).inputs:
         return ""
     if str(scene.render.engine) == "CYCLES":
         return "Light below the surface: a random walk, which nodes and OSL share"
-    if in_eevee(scene):
+    if is_eevee_used(scene):
         return "Light below the surface: EEVEE's approximation"
     return "Light below the surface: this engine has none. It shows a diffuse surface of the same albedo"
 
 
-def in_eevee(scene: bpy.types.Scene) -> bool:
+def is_eevee_used(scene: bpy.types.Scene) -> bool:
     """Whether EEVEE renders a scene."""
-    return str(scene.render.engine) in _EEVEE
+    return str(scene.render.engine) in _EEVEE_ENGINES
 
 
-def without_osl(scene: bpy.types.Scene) -> str:
+def osl_obstacle(scene: bpy.types.Scene) -> str:
     """Why a scene is not rendered with OSL, as the end of a sentence; empty if it is."""
-    if in_eevee(scene):
+    if is_eevee_used(scene):
         return _IN_EEVEE
     if str(scene.render.engine) != "CYCLES":
         return _IN_ANOTHER
@@ -105,7 +105,7 @@ def brief(found: Rendered, chosen: str) -> str:
     if found.how == EXACT:
         return "Exact"
     because = f", because {found.why}" if found.why else ""
-    instead = f" instead of {_LABELS[chosen]}" if chosen == EXACT else ""
+    instead = f" instead of {_RENDERING_LABELS[chosen]}" if chosen == EXACT else ""
     return f"Rendered by nodes{instead}{because}"
 
 
@@ -120,7 +120,7 @@ def sentence(found: Rendered, chosen: str) -> str:
     return f"{brief(found, chosen)}. {error}"
 
 
-def in_words(found: Rendered, is_previewed: bool = False) -> str:
+def rendering_words(found: Rendered, is_previewed: bool = False) -> str:
     """How a material is rendered, in some four words.
 
     Parameters
@@ -142,7 +142,7 @@ def in_words(found: Rendered, is_previewed: bool = False) -> str:
 
 def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """How a material is rendered in a scene, and how it would be rendered exactly; empty if it is as was chosen."""
-    found, chosen = in_scene(material, scene), materials.rendering_of(material)
+    found, chosen = in_scene(material, scene), materials.get_rendering(material)
     if not found.why and found.how != OTHER:
         return ""
     text = f"{brief(found, chosen)}, an approximation" if found.how == NODES else brief(found, chosen)
@@ -153,7 +153,7 @@ def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     return text
 
 
-def used() -> list[bpy.types.Material]:
+def used_materials() -> list[bpy.types.Material]:
     """The materials of the file that show measurements, or mixes of them, and are used."""
     return [item for item in bpy.data.materials if item.users > item.use_fake_user
             and (materials.is_measured(item) or materials.mix_node(item) is not None)]
@@ -161,13 +161,13 @@ def used() -> list[bpy.types.Material]:
 
 def summary(scene: bpy.types.Scene) -> str:
     """What a render without a window says, in one line; empty without measured materials."""
-    counts = Counter(in_scene(item, scene).how for item in used())
+    counts = Counter(in_scene(item, scene).how for item in used_materials())
     if not counts:
         return ""
     parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (NODES, "by closure nodes"),
                                                        (OTHER, "not connected to the output")) if counts[how]]
-    why = without_osl(scene)
-    where = str(scene.render.engine) if in_eevee(scene) else f"Cycles on {device.effective_device(scene)}"
+    why = osl_obstacle(scene)
+    where = str(scene.render.engine) if is_eevee_used(scene) else f"Cycles on {device.effective_device(scene)}"
     return f"Measured BRDF: {', '.join(parts)} ({where}{'; ' + why if why else ', with OSL'})"
 
 

@@ -18,9 +18,9 @@ from . import material as materials
 if TYPE_CHECKING:
     from ....fitter.arrays import FloatArray
 
-_LOOKED_AT = 256            # polygons of a mesh, evenly over all: panels ask whenever they are drawn
-_TURNED = 0.3               # cosine between the normal and the lathe's direction, in the mean: less is a turned part
-_ROUND = 1.1                # radii beyond which a corner of its outline shows that a mesh is no turned part
+_MOST_POLYGONS = 256   # polygons of a mesh, evenly over all: panels ask whenever they are drawn
+_TURNED_COSINE = 0.3        # cosine between the normal and the lathe's direction, in the mean: less is a turned part
+_ROUND_OUTLINE = 1.1        # radii beyond which a corner of its outline shows that a mesh is no turned part
 _LEAST_AREA = 1e-10         # of a polygon in the UV map (numerical)
 _MAKES_MESHES = {"NODES", "SCREW", "SKIN", "REMESH", "BUILD", "OCEAN", "FLUID"}     # modifiers
 
@@ -53,7 +53,7 @@ def is_turned(mesh: bpy.types.Mesh) -> bool:
         along = np.stack([-at[:, 1], at[:, 0]], axis=-1) / np.maximum(np.hypot(at[:, 0], at[:, 1]), 1e-9)[:, None]
         cosines.append(float(np.abs(along @ np.array(polygon.normal)[:2]).mean()))
         weights.append(polygon.area + 1e-12)
-    return farthest < _ROUND and float(np.average(cosines, weights=weights)) < _TURNED
+    return farthest < _ROUND_OUTLINE and float(np.average(cosines, weights=weights)) < _TURNED_COSINE
 
 
 def has_uv(mesh: bpy.types.Mesh, name: str = "") -> bool:
@@ -84,7 +84,7 @@ def take_around_axis(material: bpy.types.Material) -> None:
 def _some(mesh: bpy.types.Mesh) -> list[bpy.types.MeshPolygon]:
     """Some polygons of a mesh: the first, the last, and others evenly between them."""
     count = len(mesh.polygons)
-    return [mesh.polygons[index] for index in np.unique(np.linspace(0, count - 1, _LOOKED_AT).astype(int)).tolist()]
+    return [mesh.polygons[index] for index in np.unique(np.linspace(0, count - 1, _MOST_POLYGONS).astype(int)).tolist()]
 
 
 def _area(corners: FloatArray) -> float:

@@ -133,10 +133,10 @@ class Surface(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Everything that a material is made from; `doubt` is what is to be said of measurements that no surface has."""
+    """Everything that a material is made from; `questions` are the `open_questions` of the measurements."""
 
     measured: Measurement
     fitted: Fitted
     verdict: verdict.Verdict
     surface: Surface
-    doubt: str = ""
+    questions: tuple[str, ...] = ()

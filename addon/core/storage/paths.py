@@ -21,7 +21,7 @@ from ..blender.active_material import can_change
 Place = tuple[Any, str]     # what holds a path, and the name of the property
 
 _KNOWN = bpy.types.Property.bl_rna.properties.keys()
-RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative" in _KNOWN else set()
+RELATIVE_PATHS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative" in _KNOWN else set()
 """Options of a property that may hold a relative path; Blender 4.2 knows none."""
 scene_places: list[Callable[[bpy.types.Scene], Iterator[Place]]] = []
 """Functions of slices: what else a scene names."""
@@ -95,19 +95,19 @@ def _move(before: str, after: str) -> None:
 
 
 @persistent
-def _before_saving(path: str, *_: object) -> None:
+def _on_saving(path: str, *_: object) -> None:
     _move(bpy.data.filepath, path)         # empty: of the startup file, whose paths are told from nowhere
 
 
 @persistent
-def _after_saving(path: str, *_: object) -> None:
+def _on_saved(path: str, *_: object) -> None:
     """Of a copy, and where it failed: the open file is where it was."""
     if path != bpy.data.filepath:
         _move(path, bpy.data.filepath)
 
 
 @persistent
-def _after_import(context: Any) -> None:
+def _on_import(context: Any) -> None:
     """What is appended comes from where its library was."""
     for imported in context.import_items:
         if imported.id is None or imported.source_library is None:
@@ -119,8 +119,8 @@ def _after_import(context: Any) -> None:
                 setattr(owner, name, whole)
 
 
-_HANDLERS = {"save_pre": _before_saving, "save_post": _after_saving, "save_post_fail": _after_saving,
-             "blend_import_post": _after_import}
+_HANDLERS = {"save_pre": _on_saving, "save_post": _on_saved, "save_post_fail": _on_saved,
+             "blend_import_post": _on_import}
 
 
 def register() -> None:

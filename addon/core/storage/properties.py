@@ -19,13 +19,13 @@ from ....fitter.model import published
 from ....fitter.quality import verdict
 from ....fitter.quality.verdict import UNKNOWN
 from ..annotations import Arguments
-from .paths import RELATIVE
+from .paths import RELATIVE_PATHS
 
 NO_SPECULAR_LEVEL = -1
-LEVELS = ("diffuse_level", "specular_level", "compression")
+FIT_LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
            "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "least", "adjusted")
-CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *OPTIONS)
+CHOICES = ("filepath", "sample", "preset", *FIT_LEVELS, "use_tolerance", "tolerance", "rendering", *OPTIONS)
 AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
 RENDERINGS = (
     (AUTOMATIC, "Automatic", "Exact where Cycles renders with OSL, and Nodes everywhere else"),
@@ -35,11 +35,11 @@ RENDERINGS = (
                      "its own"))
 _FAST = "FAST"              # scripts may name it, and get NODES
 ORIGINAL = "Paper"
-_LABELS = {ORIGINAL: "Original 2002 Method"}
-PRESET_ITEMS = tuple((name, _LABELS.get(name, name), text) for name, text in PRESET_DESCRIPTIONS.items())
+_PRESET_LABELS = {ORIGINAL: "Original 2002 Method"}
+PRESET_ITEMS = tuple((name, _PRESET_LABELS.get(name, name), text) for name, text in PRESET_DESCRIPTIONS.items())
 OFFERED = "Standard", "Reference"       # the others are for scripts, and `ORIGINAL` is a choice of Fit Settings
-_ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
-_PAPER = _ARGUMENTS[ORIGINAL]
+_PRESET_ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
+_PAPER = _PRESET_ARGUMENTS[ORIGINAL]
 _BEST = "Reference"
 # what to do about a poor match
 _OF_THE_BEST = ". Measurements lists the values that are doubtful"
@@ -71,7 +71,7 @@ class FitChoices:
     """
 
     filepath: StringProperty(
-        name="File", subtype="FILE_PATH", options=RELATIVE,
+        name="File", subtype="FILE_PATH", options=RELATIVE_PATHS,
         description=f"File of measured reflectance: {KNOWN_FILES}")
     sample: StringProperty(
         name="Sample",
@@ -143,7 +143,7 @@ def fit_arguments(choices: Choices) -> Arguments:
     """
     if choices.use_tolerance:
         return {"tolerance": round(choices.tolerance, 7)}
-    arguments = _ARGUMENTS.get(choices.preset, _PAPER) | {name: getattr(choices, name) for name in LEVELS}
+    arguments = _PRESET_ARGUMENTS.get(choices.preset, _PAPER) | {name: getattr(choices, name) for name in FIT_LEVELS}
     arguments["compression"] = round(arguments["compression"], 4)       # single precision does not hold 99.9 exactly
     if choices.specular_level == NO_SPECULAR_LEVEL:
         arguments["specular_level"] = None
@@ -157,8 +157,8 @@ def use_preset(choices: Choices, name: str) -> None:
 
 
 def _use_levels(choices: Choices, name: str) -> None:
-    for level in LEVELS:
-        value = _ARGUMENTS[name][level]
+    for level in FIT_LEVELS:
+        value = _PRESET_ARGUMENTS[name][level]
         setattr(choices, level, NO_SPECULAR_LEVEL if value is None else value)
 
 
@@ -187,7 +187,7 @@ def is_as_fitted(settings: Any, digest: str | None) -> bool:
 def label_of_fit(settings: Any) -> str:
     """What users call a material's fit."""
     name = name_of_fit(settings)
-    return _LABELS.get(name, name)
+    return _PRESET_LABELS.get(name, name)
 
 
 def name_of_fit(settings: Any) -> str:
@@ -197,7 +197,7 @@ def name_of_fit(settings: Any) -> str:
         return "Material Library"
     if arguments is not None and "tolerance" in arguments:
         return f"Auto {settings.fitted_levels}"
-    return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
+    return next((name for name, preset in _PRESET_ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
 
 
 class QualitySummary(NamedTuple):
@@ -248,7 +248,7 @@ def is_preset(choices: Choices, name: str) -> bool:
     mine = fit_arguments(choices)
     return choices.preset == name and not choices.use_tolerance and all(
         mine[key] == value or (isinstance(value, float) and math.isclose(mine[key], value))
-        for key, value in _ARGUMENTS[name].items())
+        for key, value in _PRESET_ARGUMENTS[name].items())
 
 
 class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):

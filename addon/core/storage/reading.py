@@ -8,14 +8,14 @@ import numpy as np
 from mathutils import Color
 
 from ....fitter.colours import COLOURS, DEFAULT_COLOURS, conversion, xyz_matrix
-from ....fitter.formats import choices_of, is_there
+from ....fitter.formats import is_there, open_choices
 from ....fitter.formats.reading import OPTIONS
 from ..annotations import Arguments
 from . import paths
 from .properties import Choices
 
 GREY = "grey"               # in the place of a colour space: the same in every one
-_SAME = 0.01                # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
+_SAME_MATRIX = 0.01         # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
 
 
 def scene_colours() -> str:
@@ -25,16 +25,16 @@ def scene_colours() -> str:
     from either.
     """
     axes = (Color(axis).from_scene_linear_to_xyz_d65() for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
-    return _named(tuple((axis.r, axis.g, axis.b) for axis in axes))
+    return _space_name(tuple((axis.r, axis.g, axis.b) for axis in axes))
 
 
 @functools.cache
-def _named(axes: tuple[tuple[float, ...], ...]) -> str:
+def _space_name(axes: tuple[tuple[float, ...], ...]) -> str:
     """The space whose red, green and blue have these XYZ; empty if it is none of `COLOURS`."""
     mine = np.array(axes).T
     return next((name for name in COLOURS
                  if np.allclose(mine, xyz_matrix(DEFAULT_COLOURS) @ conversion(name, DEFAULT_COLOURS), rtol=0,
-                                atol=_SAME)), "")
+                                atol=_SAME_MATRIX)), "")
 
 
 def load_arguments(choices: Choices) -> Arguments:
@@ -51,7 +51,7 @@ def use_reading(choices: Choices, options: Arguments) -> None:
 
 def draw_reading(layout: bpy.types.UILayout, choices: Any, path: str) -> None:
     """Draw the options of reading that a file's format has, which few files need, in a closed sub-section."""
-    shown = [name for name in OPTIONS if name in choices_of(path)]
+    shown = [name for name in OPTIONS if name in open_choices(path)]
     if not shown:
         return
     header, body = layout.panel("MEASUREDBRDF_reading", default_closed=True)

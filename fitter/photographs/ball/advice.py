@@ -30,10 +30,13 @@ _PAIRS = 20_000             # of directions, of which those in a gap are looked 
 
 
 def report_ball(measured: BallMeasurement) -> MeasurementReport:
-    """What is to be said of photographs of a ball."""
-    others = judge_left_out(measured.photographs, _left_out_error)
-    return MeasurementReport((*measured.samples.notes, *([others.words] if others else []), *advice(measured.samples)),
-                             (*measured.doubts, *([others.words] if others and others.is_bad else [])))
+    """What is to be said of photographs of a ball. They are judged by that with the middle phase angle, because nothing
+    tells of angles beyond all others."""
+    angles = [each.phase_angle for each in measured.photographs]
+    middle = int(np.argsort(angles, kind="stable")[len(angles) // 2])
+    judged = judge_left_out(measured.photographs, middle, _left_out_error)
+    return MeasurementReport((*measured.samples.notes, judged.words, *advice(measured.samples)),
+                             (*measured.doubts, *([judged.words] if judged.is_bad else [])))
 
 
 def advice(samples: Samples) -> tuple[str, ...]:

@@ -23,8 +23,8 @@ from ..rig.scale import (
     SHARE_ANGLES,
     check_albedo,
     check_intensity,
+    implausible_light,
     lamp_intensity,
-    too_bright,
 )
 from .photograph import BallPhotograph, measure_pixels
 from .samples import gather_samples, place_photographs
@@ -53,7 +53,7 @@ def measure_ball(setup: CaptureSetup) -> BallMeasurement:
     same = same_pictures([each.radiance for each in photographs], [each.name for each in photographs])
     samples = replace(samples, notes=(*samples.notes, *notes, *same))
     if setup.scale.albedo is None:
-        bright = too_bright(reflected_light(samples))
+        bright = implausible_light(reflected_light(samples))
         return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
     guessed = scale_samples(samples, setup.scale.albedo)
     bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
@@ -134,8 +134,8 @@ def reflected_light(samples: Samples) -> FloatArray:
 
 def scale_samples(samples: Samples, albedo: float) -> Samples:
     """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; notes
-    say that it is a guess, and whether more is reflected then than arrives."""
+    say that it is a guess, and what is implausible of it."""
     light = reflected_light(samples)
     factor = float(check_albedo(albedo)) / float(light.mean())
-    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *too_bright(light * factor, albedo))
+    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *implausible_light(light * factor, albedo))
     return replace(samples, values=samples.values * factor, notes=notes)

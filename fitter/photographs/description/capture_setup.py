@@ -25,7 +25,7 @@ MOST_TEXELS = 4096          # of maps, along both axes
 ENCODINGS = "linear", "srgb"
 SCALES = "intensity", "albedo", "card", "ball"
 _LONGEST = 80               # characters of a value in a message
-_UNIT = 1e-12               # least length of a vector that has a direction
+_DIRECTION_LENGTH = 1e-12               # least length of a vector that has a direction
 
 Description = dict[str, Any]
 """What a file of TOML holds, by key."""
@@ -71,7 +71,7 @@ def _text(value: Any, *words: str) -> str:
 
 def _unit_vector(value: Any) -> FloatArray:
     vector = _numbers(value, 3)
-    if not np.linalg.norm(vector) > _UNIT:
+    if not np.linalg.norm(vector) > _DIRECTION_LENGTH:
         raise ValueError
     return np.asarray(vector / np.linalg.norm(vector))
 
@@ -80,7 +80,7 @@ def _place_or(word: str) -> Kind:
     return Kind(f'3 numbers, or "{word}"', lambda value, _: word if value == word else _numbers(value, 3))
 
 
-_BALL, _SAMPLE = "ball", "sample"   # whose descriptions alone have a key
+_BALL_KEY, _SAMPLE_KEY = "ball", "sample"   # whose descriptions alone have a key
 _TEXT = Kind("a text", lambda value, _: printable(_text(value)))
 _POSITIVE = Kind(f"a number of {LEAST_VALUE:g} to {_LARGEST:g}", lambda value, _: _numbers(value, least=LEAST_VALUE))
 _PLACE = Kind("3 numbers", lambda value, _: _numbers(value, 3))
@@ -101,7 +101,7 @@ _ENCODING = Kind(" or ".join(ENCODINGS), lambda value, _: _text(value, *ENCODING
 _FILES = Kind("the name of a file, or a list of them", _files)
 _MATERIALS = Kind(f"files, or a number of 1 to {MOST_MATERIALS}", lambda value, folder: int(
     _numbers(value, least=1, most=MOST_MATERIALS)) if isinstance(value, int) else _files(value, folder))
-_NAMES = Kind("names of photographs", lambda value, _: _texts(value))
+_PHOTOGRAPH_NAMES = Kind("names of photographs", lambda value, _: _texts(value))
 
 Positive = Annotated[float | None, _POSITIVE]
 Place = Annotated[FloatArray | None, _PLACE]
@@ -181,9 +181,9 @@ class CameraSetup(Section):
 
     # (3,), or where nobody knows how far it is: straight above a sample. By default where a sample's corners say
     position: Annotated[FloatArray | Literal["far"] | None, _place_or("far")] = None
-    look_at: Annotated[Place, _BALL] = None         # by default the ball's centre, or where that is found 0
-    direction: Annotated[Place, _BALL] = None   # of one that is far: from the ball toward it, by default [0, 0, 1]
-    up: Annotated[Place, _BALL] = None              # by default [0, 0, 1], and of one that is far [0, 1, 0]
+    look_at: Annotated[Place, _BALL_KEY] = None         # by default the ball's centre, or where that is found 0
+    direction: Annotated[Place, _BALL_KEY] = None   # of one that is far: from the ball toward it, by default [0, 0, 1]
+    up: Annotated[Place, _BALL_KEY] = None              # by default [0, 0, 1], and of one that is far [0, 1, 0]
     field_of_view: Positive = None                  # of the width; or these two; or what EXIF says
     focal_length: Positive = None                   # mm
     sensor_width: Positive = None                   # mm
@@ -234,14 +234,14 @@ class SampleSetup(Section):
 class LampSetup(Section):
     """What all lamps share."""
 
-    radius: Annotated[float, _POSITIVE, _BALL] = 0.0    # of lamps that are balls
+    radius: Annotated[float, _POSITIVE, _BALL_KEY] = 0.0    # of lamps that are balls
     positions: Files = None         # of light positions, in the place of those of the photographs, or of all of them
     distance: Positive = None       # of lamps whose directions `positions` or a chrome ball say, from what is measured
     dark: Files = None              # a photograph with the lamp off
     flat: Files = None              # and one of an evenly bright surface
-    ball: Annotated[Place, _SAMPLE] = None       # where a chrome ball stood, whose highlights say the directions
+    ball: Annotated[Place, _SAMPLE_KEY] = None       # where a chrome ball stood, whose highlights say the directions
     # of the lamps beside each other; or it is found by the sample itself, in each colour
-    brightness: Annotated[FloatArray | Literal["found"] | None, _BRIGHTNESS, _SAMPLE] = None
+    brightness: Annotated[FloatArray | Literal["found"] | None, _BRIGHTNESS, _SAMPLE_KEY] = None
     exposures = None                # of `dark` and `flat`: those of EXIF
 
     def contradictions(self) -> Iterator[str]:
@@ -261,7 +261,7 @@ class ScaleSetup(Section):
     intensity: Annotated[FloatArray | None, _VALUES] = None
     albedo: Annotated[float | None, _ALBEDO] = None     # of what is measured: a guess
     card: Annotated[Known | None, Known] = None     # where the ball is, or in a sample's plane
-    ball: Annotated[Known | None, Known, _BALL] = None  # a matte one in its place
+    ball: Annotated[Known | None, Known, _BALL_KEY] = None  # a matte one in its place
 
     @property
     def ways(self) -> list[str]:
@@ -275,16 +275,16 @@ class CaptureSetup(Section):
 
     name: Annotated[str | None, _TEXT] = None
     camera: Annotated[CameraSetup, CameraSetup] = field(default_factory=CameraSetup)
-    ball: Annotated[BallSetup | None, BallSetup, _BALL] = None
-    sample: Annotated[SampleSetup | None, SampleSetup, _SAMPLE] = None
+    ball: Annotated[BallSetup | None, BallSetup, _BALL_KEY] = None
+    sample: Annotated[SampleSetup | None, SampleSetup, _SAMPLE_KEY] = None
     chrome: Annotated[BallSetup | None, BallSetup] = None   # in pictures of its own, or those of the sample themselves
     lamp: Annotated[LampSetup, LampSetup] = field(default_factory=LampSetup)
     scale: Annotated[ScaleSetup, ScaleSetup] = field(default_factory=ScaleSetup)
     photographs: Annotated[tuple[Shot, ...], Shot] = ()     # [[photograph]]
     # what a sample is made of: saved fits, or measurements; or how many these are; else that is found
-    materials: Annotated[int | tuple[Path, ...] | None, _MATERIALS, _SAMPLE] = None
-    leave_out: Annotated[tuple[str, ...], _NAMES, _SAMPLE] = ()     # files of photographs that do not count
-    texels: Annotated[Positive, _SAMPLE] = None     # of the maps, along the width; by default as many as it has pixels
+    materials: Annotated[int | tuple[Path, ...] | None, _MATERIALS, _SAMPLE_KEY] = None
+    leave_out: Annotated[tuple[str, ...], _PHOTOGRAPH_NAMES, _SAMPLE_KEY] = ()  # files of photographs that do not count
+    texels: Annotated[Positive, _SAMPLE_KEY] = None  # of the maps, along the width; by default as many as it has pixels
     notes: tuple[str, ...] = ()                     # what is to be said of how the photographs were found
 
     @property
@@ -328,6 +328,16 @@ class CaptureSetup(Section):
                                        (self.scale.card, "normal", _PLACE.expected)):
             if section is not None and getattr(section, key) is None:
                 yield section.complaint(key, expected)
+
+
+def list_files(section: Section) -> Iterator[Path]:
+    """The files that a description names, itself among them."""
+    for value in vars(section).values():
+        for each in value if isinstance(value, tuple) else (value,):
+            if isinstance(each, Section):
+                yield from list_files(each)
+            elif isinstance(each, Path):
+                yield each
 
 
 def complaint(where: str, key: str, value: object, expected: str) -> str:

@@ -5,6 +5,7 @@ report. The normal
 map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
 """
 
+import re
 import tempfile
 from collections.abc import Sequence
 from functools import partial
@@ -16,15 +17,16 @@ import numpy as np
 from ...arrays import FloatArray
 from ...errors import DatasetError, printable
 from ...quality.physics import directional_albedo
-from ...storage.files import replace_folder
+from ...storage.files import others_files, replace_folder
 from ..pictures.picture_files import NEEDED
 from ..rig.report import MeasurementReport, judge_left_out
-from ..rig.scale import SHARE_ANGLES, too_bright
+from ..rig.scale import SHARE_ANGLES, implausible_light
 from .advice import next_lamp
 from .judging import contradictions, turned_lamps
 from .maps import Maps, evenly, maps_from_flat, sample_frame, texel_points
 from .photograph import FlatPhotograph, observe
 
+_WRITTEN = re.compile(r"mask-\d+\.png|material-\d+\.npz|normal\.png|report\.txt")
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
 _LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
@@ -106,17 +108,16 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
     height, width, count = maps.weights.shape
     most = float(maps.weights.max()) or 1.0
     unsure = (maps.deviation.max(axis=2) > UNSURE * most).mean()
-    told = judge_left_out(photographs, partial(_left_out_error, maps))
+    told = judge_left_out(photographs, len(photographs) // 2, partial(_left_out_error, maps))
     lines = [f"{width} x {height} texels of {count} material{'s' * (count > 1)}, {len(photographs)} photographs, of "
              f"which {maps.used.mean():.1f} tell of a texel in the mean",
              f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
              f"more than {UNSURE:.0%} of the largest"]
-    bright = too_bright(reflected_light(maps), albedo)
+    bright = implausible_light(reflected_light(maps), albedo)
     doubts = [*bright]
-    if told is not None:
-        lines.append(told.words)
-        if told.is_bad:
-            doubts.append(told.words)
+    lines.append(told.words)
+    if told.is_bad:
+        doubts.append(told.words)
     frame, points = sample_frame(maps.corners, photographs), texel_points(maps.corners, (height, width))
     some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
     size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
@@ -134,6 +135,13 @@ def reflected_light(maps: Maps) -> FloatArray:
     weights = maps.weights[evenly(height, width, _WEIGHED)].reshape(-1, count)
     shares = np.stack(np.broadcast_arrays(*(directional_albedo(fit, SHARE_ANGLES) for fit in maps.fits)))
     return np.asarray(np.median(np.einsum("nm,mac->nac", weights, shares), axis=0))
+
+
+def check_folder(folder: str | Path) -> None:
+    """Raise DatasetError if `write` would replace files in a folder that it has not written."""
+    if others := others_files(Path(folder), _WRITTEN):
+        raise DatasetError(f"{', '.join(others)}: not written by an earlier run, or changed since; move what is to be "
+                           "replaced away, or choose another folder", folder)
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:

@@ -101,8 +101,8 @@ def read_picture(path: str | Path, encoding: str | None = None) -> PictureFile:
         raise DatasetError("holds numbers that are not finite", path)
     if _has_window(spec):
         pixels = _place_in_window(pixels, spec, info.size)
-        more.append(f"its pixels are {spec.width} x {spec.height} of a display window of {width} x {height}, in which "
-                    "they are put: it is black beside them")
+        more.append(f"its pixels are {spec.width} x {spec.height} beside a display window of {width} x {height}, which "
+                    "is read: it is black where it has no pixels")
     turn = _SHOWN.get(int(_positive(spec, "Orientation") or 1))
     if turn is not None:
         more.append(TURNED.format(turn))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
-from ...quality.verdict import Judgement, prediction_message
+from ...quality.verdict import UNPREDICTED, Judgement, prediction_message
 from .photograph import Photograph
 
 _Photograph = TypeVar("_Photograph", bound=Photograph)
@@ -16,12 +16,11 @@ class MeasurementReport(NamedTuple):
     doubts: tuple[str, ...]
 
 
-def judge_left_out(photographs: Sequence[_Photograph],
-                   error: Callable[[list[_Photograph], _Photograph], float]) -> Judgement | None:
-    """How far the middle photograph is from what the others say of it, in words; None where these are too few.
+def judge_left_out(photographs: Sequence[_Photograph], number: int,
+                   error: Callable[[list[_Photograph], _Photograph], float]) -> Judgement:
+    """How far one of photographs is from what the others say of it, in words.
 
     The error is relative to its root mean square, of the others and it.
     """
-    number = len(photographs) // 2
     others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
-    return None if len(others) < 2 else prediction_message(shot.name, error(others, shot))
+    return UNPREDICTED if len(others) < 2 else prediction_message(shot.name, error(others, shot))

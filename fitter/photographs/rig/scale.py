@@ -11,6 +11,7 @@ import numpy as np
 
 from ...arrays import ArrayLike, FloatArray
 from ...errors import DatasetError
+from ...quality.albedo import DARKEST_SURFACE
 from ..description.capture_setup import Known, ScaleSetup
 from ..pictures.picture_files import read_picture_info
 from ..pictures.reading import Pictures
@@ -118,13 +119,17 @@ def check_intensity(intensity: FloatArray, what: str) -> FloatArray:
     return np.asarray(intensity)
 
 
-def too_bright(light: FloatArray, albedo: float | None = None) -> tuple[str, ...]:
-    """A note where more is `reflected` than arrives, (angles, channels); `albedo` is the one that was given."""
-    upright = SHARE_ANGLES < NEAR_NORMAL         # what grazes is a guess
+def implausible_light(light: FloatArray, albedo: float | None = None) -> tuple[str, ...]:
+    """A note where more is reflected than arrives, (angles, channels), or next to nothing; `albedo` is the one that was
+    given."""
+    upright = SHARE_ANGLES < NEAR_NORMAL            # what grazes is a guess
     most = light[upright].max()
-    if most <= _BRIGHTEST:
+    if DARKEST_SURFACE <= most <= _BRIGHTEST:
         return ()
+    why = "the lamp's intensity, a card's albedo or a distance is wrong"
+    if most < DARKEST_SURFACE:
+        why = why if albedo is None else "was the albedo meant that was given?"
+        return f"Only {most:.2g} of the light leaves, less than of the blackest paints: {why}",
     angle = np.degrees(SHARE_ANGLES[upright][light[upright].max(axis=1).argmax()])
-    why = ("the lamp's intensity, a card's albedo or a distance is wrong" if albedo is None
-           else f"an albedo of {albedo / most:.2g} is the largest that it can have")
+    why = why if albedo is None else f"an albedo of {albedo / most:.2g} is the largest that it can have"
     return f"More light leaves than arrives, {most:.3g} of it at {angle:.0f} degrees: {why}",

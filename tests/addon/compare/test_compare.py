@@ -67,8 +67,8 @@ def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, o
     assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
     two.name = "renamed"
     cubes.active_material = one
-    assert comparison.pinned(scene, one) == two
-    assert comparison.pinned(scene, two) is None, "it is not compared with itself"
+    assert comparison.find_pinned(scene, one) == two
+    assert comparison.find_pinned(scene, two) is None, "it is not compared with itself"
 
 
 def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(cubes, one, two, comparison):
@@ -76,10 +76,10 @@ def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(c
     comparison.get(scene).pinned = two
     node = next(node for node in two.node_tree.nodes if node.type == "GROUP")
     two.node_tree.nodes.remove(node)
-    assert comparison.pinned(scene, one) is None
+    assert comparison.find_pinned(scene, one) is None
     bpy.data.materials.remove(two)
     assert comparison.get(scene).pinned is None
-    assert comparison.pinned(scene, one) is None
+    assert comparison.find_pinned(scene, one) is None
 
 
 def test_pinning_is_undone_and_saved(cubes, one, two, comparison, tmp_path):
@@ -120,10 +120,10 @@ def test_without_a_measured_material_nothing_is_offered(blender):
 
 @pytest.fixture
 def looks(extension):
-    from measured_brdf.addon.compare import looks
+    from measured_brdf.addon.compare import operators
 
-    yield looks
-    looks.unregister()
+    yield operators
+    operators.unregister()
 
 
 @pytest.fixture
@@ -141,23 +141,23 @@ def test_a_test_render_is_shown_as_it_was_made_until_it_is_made_again(cubes, one
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    keys = [looks.key(scene, each) for each in (one, two)]
+    keys = [looks.render_key(scene, each) for each in (one, two)]
     for key in keys:
-        picture = looks.cached_render(key).picture
+        picture, _ = looks.renders[key]
         assert picture.shape == (24, 24, 4)
         assert picture[..., :3].max() > 0.1
     comparison.get(scene).divide = 0.3
-    assert looks.key(scene, one) == keys[0]
+    assert looks.render_key(scene, one) == keys[0]
     comparison.get(scene).lighting = "SKY"
-    assert looks.cached_render(looks.key(scene, one)) is None
+    assert looks.renders.get(looks.render_key(scene, one)) is None
     comparison.get(scene).lighting = "STUDIO"
     node = next(node for node in one.node_tree.nodes if node.type == "GROUP")
     node.inputs["Strength"].default_value = 0.5
-    before = [looks.cached_render(key) for key in keys]
+    before = [looks.renders[key] for key in keys]
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
-    after = [looks.cached_render(key) for key in keys]
-    assert not {render.number for render in after} & {render.number for render in before}
-    brightness = [render.picture[8:16, 8:16, :3].mean() for render in (before[0], after[0])]
+    after = [looks.renders[key] for key in keys]
+    assert not {number for _, number in after} & {number for _, number in before}
+    brightness = [picture[8:16, 8:16, :3].mean() for picture, _ in (before[0], after[0])]
     assert brightness[1] < 0.9 * brightness[0]
 
 
@@ -175,7 +175,7 @@ def test_the_scenes_world_gives_the_light(one, comparison, looks, small):
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    picture = looks.cached_render(looks.key(scene, one)).picture
+    picture = looks.renders[looks.render_key(scene, one)][0]
     assert picture[..., 0].mean() > 3 * picture[..., 1].mean()
 
 
@@ -214,6 +214,6 @@ def test_a_linked_material_is_rendered(cubes, one, looks, small, tmp_path):
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    picture = looks.cached_render(looks.key(bpy.context.scene, target.materials[0])).picture
+    picture = looks.renders[looks.render_key(bpy.context.scene, target.materials[0])][0]
     plain = picture[12, 12, :3]
     assert plain.max() > 0.02, "the shader has been found"

@@ -16,13 +16,14 @@ ORDER = ["Standard", "Reference", "Original 2002 Method"]
 
 @pytest.fixture
 def ui(extension):
-    from measured_brdf.addon.compare import curves, looks, panel, presets
+    from measured_brdf.addon.compare import curves, operators, panel, presets
     from measured_brdf.addon.core.shading import comparison
     from measured_brdf.addon.work import queue
 
-    yield SimpleNamespace(presets=presets, curves=curves, panel=panel, queue=queue, looks=looks, comparison=comparison)
+    yield SimpleNamespace(presets=presets, curves=curves, panel=panel, queue=queue, looks=operators,
+                          comparison=comparison)
     queue.unregister()
-    looks.unregister()
+    operators.unregister()
 
 
 @pytest.fixture
@@ -216,8 +217,8 @@ def test_the_panels_are_shown_where_a_material_is_measured(ui, material):
 def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatch):
     panel, scene = ui.panel.MEASUREDBRDF_PT_look, bpy.context.scene
     assert "picture" not in draw(panel, material=material).kinds
-    key = ui.looks.key(scene, material)
-    ui.looks.store(key, np.ones((256, 256, 4), np.float32))
+    key = ui.looks.render_key(scene, material)
+    ui.looks.renders[key] = np.ones((256, 256, 4), np.float32), 1
     shown = draw(panel, material=material)
     assert "picture" in shown.kinds
     assert shown.button("Render").operator == "measured_brdf.render_look"
@@ -225,10 +226,9 @@ def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatc
     shown = draw(panel, material=material)
     assert "picture" not in shown.kinds, "the pinned one has not been rendered"
     assert shown.button("Render Both") is not None
-    ui.looks.store(ui.looks.key(scene, other), np.zeros((256, 256, 4), np.float32))
+    ui.looks.renders[ui.looks.render_key(scene, other)] = np.zeros((256, 256, 4), np.float32), 2
     given = []
-    monkeypatch.setattr(ui.panel.icons, "at_once", lambda _key, draw: given.append(draw()) or 1)
-    monkeypatch.setattr(ui.curves, "_swatch", lambda _color: 1)
+    monkeypatch.setattr(ui.panel.icons, "at_once", lambda key, draw: key[0] == "swatch" or given.append(draw()) or 1)
     draw(panel, material=material)
     assert given[-1][:, :120].min() == given[-1][:, :120].max() == 1
     assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 0

@@ -51,7 +51,7 @@ def test_more_lamps_without_a_size_than_can_be_known_are_reported(blender, scene
 
 
 def test_materials_that_mix_more_than_cycles_has_room_for_are_reported(blender, scene, glossy):
-    from measured_brdf.addon.core.shading.material import mixed
+    from measured_brdf.addon.core.shading.material import count_rendered
 
     import fitter
     from support.stage import blank_material, material_for
@@ -68,7 +68,7 @@ def test_materials_that_mix_more_than_cycles_has_room_for_are_reported(blender, 
     assert "mixed:Patina" not in keys(scene)
     material.node_tree.nodes.new("ShaderNodeGroup").node_tree = tree
     assert "mixed:Patina" in keys(scene)
-    assert mixed(None) == 0, "Blender 4 has materials without nodes"
+    assert count_rendered(None) == 0, "Blender 4 has materials without nodes"
 
 
 def measured(blender, glossy, write_astm, folder, **choices):

@@ -117,9 +117,10 @@ def test_numbers_that_no_surface_has_are_imported_by_scripts_with_a_warning(exte
     path.write_text(f"theta_i[deg];theta_o[deg];phi[deg];BRDF\n{rows(97)}")
     arguments = {"diffuse_level": 1, "specular_level": None}
     (_, _, made), = tasks.outcomes([(str(path), "")], arguments)
-    assert made.doubt.startswith("white reflects 305 times the light that arrives: reflectance factors in percent?")
+    (question,) = made.questions
+    assert question.startswith("white reflects 305 times the light that arrives: reflectance factors in percent?")
     (_, _, refused), = tasks.outcomes([(str(path), "")], arguments, ask=True)
     assert isinstance(refused, extension.fitter.ImplausibleError)
     assert "Choose what the numbers are, or import them as they are" in str(refused)
     (_, _, mended), = tasks.outcomes([(str(path), "")], arguments, how={"quantity": "reflectance_percent"}, ask=True)
-    assert mended.doubt == ""
+    assert mended.questions == ()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitter import cli
 from support.anisotropic_tables import STEEL, few, write
 from support.cases import release
 from support.stage import add_lamp, black_scene, render, rotation_toward, set_input
@@ -104,7 +105,8 @@ def test_a_fit_too_large_for_the_compiler_names_the_remedy_and_changes_nothing(b
 def test_a_folder_of_anisotropic_files_becomes_a_library(extension, blender, file, tmp_path):
     out = tmp_path / "library" / "made.blend"
     cheap = ["--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none"]
-    assert extension.addon.work.command.main(["convert", str(file), "-o", str(out), "--processes", "1", *cheap]) == 0
+    given = ["convert", str(file), "-o", str(out), "--processes", "1", *cheap]
+    assert extension.addon.work.command.main(given) == cli.BAD
     with blender.data.libraries.load(str(out)) as (source, target):
         target.materials = source.materials
     material, = target.materials

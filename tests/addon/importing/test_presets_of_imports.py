@@ -23,13 +23,13 @@ def asked(extension, monkeypatch):
     from measured_brdf.addon.work import tasks
 
     seen = []
-    fitted = tasks.fitted
+    fitted = tasks.fit_once
 
     def quickly_fitted(samples, digest, arguments, *more):
         seen.append(dict(arguments))
         return fitted(samples, digest, {"diffuse_level": 1, "specular_level": None})
 
-    monkeypatch.setattr(tasks, "fitted", quickly_fitted)
+    monkeypatch.setattr(tasks, "fit_once", quickly_fitted)
     return seen
 
 

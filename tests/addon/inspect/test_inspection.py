@@ -47,7 +47,7 @@ def inspected(parts):
 
 @pytest.fixture
 def disc(parts):
-    return parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
+    return parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
 
 
 FRAME = np.eye(4)
@@ -136,7 +136,7 @@ def test_another_fit_has_another_curve_and_other_values(inspected, parts):
 
 
 def values(inspected, theta):
-    return [value for _, value in inspected.read(theta)]
+    return [value for _, value in inspected.plane.read(theta)]
 
 
 # -- in Blender, without a window ------------------------------------------------------------------------------------
@@ -232,16 +232,31 @@ def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monke
     from measured_brdf.addon.inspect import overlay
 
     answered = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
-    monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: answered)
+    monkeypatch.setattr(parts.session.queries, "samples_near_plane", lambda *_: answered)
     stage.item.active_material.measured_brdf.filepath = file
     stage.begin()
     answer()
     stage.send("TIMER")
     said = []
     monkeypatch.setattr(overlay.drawing, "text", lambda text, *_, **room: said.append(text) or 0)
-    overlay._draw_titles(inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0),
+    overlay._draw_titles(inspection_of(parts), parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0),
                          inspection_of(parts).plane)
     assert f"dots: {source} at 40.1\u00b0" in said[-1]
+
+
+def test_dots_of_the_same_values_at_other_angles_are_drawn_anew(stage, parts, monkeypatch):
+    dots = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
+    monkeypatch.setattr(parts.session.queries, "samples_near_plane", lambda *_: dots)
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    drawn = []
+    monkeypatch.setattr(parts.session.Session, "redraw", lambda _: drawn.append(True))
+    parts.session.running.refresh()
+    assert not drawn
+    dots.result = (np.array([0.2]), *dots.result[1:])
+    parts.session.running.refresh()
+    assert drawn
 
 
 def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
@@ -253,16 +268,17 @@ def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
     stage.begin()
     answer()
     stage.send("TIMER")
-    running, disc = inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
+    running, disc = inspection_of(parts), parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
     angles = np.radians([-80, -70, 0, 59, 70, 80])
     running.theta_i = math.radians(40)
-    assert running.guessed(angles).tolist() == [True, False, False, False, False, True]
+    assert running.is_extrapolated(angles).tolist() == [True, False, False, False, False, True]
     running.theta_i = math.radians(70)
-    assert running.guessed(angles).tolist() == [True, True, False, False, True, True]
+    assert running.is_extrapolated(angles).tolist() == [True, True, False, False, True, True]
     drawn = []
     for how in ("line", "strokes"):
         monkeypatch.setattr(overlay.drawing, how, lambda points, *_, how=how: drawn.append((how, points)))
     monkeypatch.setattr(overlay.drawing, "text", lambda text, *_, **room: drawn.append(("text", text)) or 0)
+    running.release()                       # evaluates what was set
     plane = running.plane
     plane_plot._draw_curve(overlay.drawing, disc.disc, plane.curves[0], plane)
     for how, points in drawn:
@@ -280,7 +296,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     from measured_brdf.addon.core.shading import comparison
     from measured_brdf.addon.inspect import overlay
     from measured_brdf.addon.work import queries, tasks
-    from measured_brdf.fitter.imaging import pictures
+    from measured_brdf.fitter.imaging import plane_plot as drawing_plane
 
     theta, phi = random.uniform(0, 1.5, (2, 300)), random.uniform(0, 6, (2, 300))
     paper = fitter.Samples(theta[0], phi[0], theta[1], phi[1], np.tile([0.2, 0.1, 0.05], (300, 1)),
@@ -292,32 +308,32 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     settings = stage.item.active_material.measured_brdf
     settings.least, settings.farthest = 60, 75
     dots = np.radians([10.0, 20.0]), np.full((2, 1), 0.1), math.radians(40)
-    monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: SimpleNamespace(finished=1.0, result=dots))
-    monkeypatch.setattr(pictures, "near_plane", lambda *_: dots)
-    monkeypatch.setattr(tasks, "samples_of", lambda _data: "samples")
+    monkeypatch.setattr(parts.session.queries, "samples_near_plane",
+                        lambda *_: SimpleNamespace(finished=1.0, result=dots))
+    monkeypatch.setattr(drawing_plane, "samples_near_plane", lambda *_: dots)
+    monkeypatch.setattr(tasks, "load_samples", lambda _data: "samples")
     stage.begin()
     answer()
     stage.send("TIMER")
     running, drawn, said = inspection_of(parts), [], []
-    monkeypatch.setattr(overlay.plane_plot, "draw", lambda _pen, _disc, plane: drawn.append(plane))
-    monkeypatch.setattr(pictures, "draw", lambda _pen, _disc, plane: drawn.append(plane))
+    monkeypatch.setattr(drawing_plane, "draw", lambda _pen, _disc, plane: drawn.append(plane))
     for name in ("fan", "line", "discs"):
         monkeypatch.setattr(overlay.drawing, name, lambda *_: 0.0)
     monkeypatch.setattr(overlay.drawing, "text",
                         lambda text, _at, _size, color, *_, **room: said.append((text, color)) or 0.0)
     monkeypatch.setattr(overlay, "gpu", SimpleNamespace(state=SimpleNamespace(blend_set=lambda _mode: None)))
-    overlay.draw_plot(running, parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), "")
+    overlay.draw_plot(running, parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), "")
     fits = [(queries.shown_fits(each), queries.reaches(each)) for each in (stage.item.active_material, other)]
     tasks.polar_plot(fits if is_pinned else fits[:1], object(), running.theta_i, running.phi_i)
     (viewport, picture) = drawn
-    assert viewport[0::2] == picture[0::2]
+    assert (viewport.theta_i, viewport.phi_i, viewport.radius) == (picture.theta_i, picture.phi_i, picture.radius)
     assert len(viewport.curves) == len(picture.curves) == 1 + is_pinned
     for one, other in zip(viewport.curves, picture.curves, strict=True):
-        for ours, theirs in zip((*one[:2], one.is_guess, *(one.samples or ())),
-                                (*other[:2], other.is_guess, *(other.samples or ())), strict=True):
+        for ours, theirs in zip((*one[:2], one.is_extrapolated, *(one.samples or ())),
+                                (*other[:2], other.is_extrapolated, *(other.samples or ())), strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-6)
         assert one.colors == other.colors
-        assert one.is_guess.any()
+        assert one.is_extrapolated.any()
     if is_pinned:
         theta = viewport.curves[1].theta
         phi_o = running.phi_i + np.where(theta < 0, 0, math.pi)
@@ -539,6 +555,6 @@ def test_the_add_on_registers_and_unregisters_without_a_graphics_card():
 
 
 def test_a_plot_that_is_drawn_again_evaluates_no_fit(inspected, monkeypatch):
-    drawn = inspected.plane
+    drawn = inspected.plane.curves
     monkeypatch.setattr(type(FIT), "evaluate", lambda *_: pytest.fail("evaluated again"))
-    np.testing.assert_array_equal(inspected.plane.curves[0].values, drawn.curves[0].values)
+    np.testing.assert_array_equal(inspected.plane.curves[0].values, drawn[0].values)

@@ -1,6 +1,7 @@
 """The plot's arithmetic against geometry, and the colours and shades of the lobe."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ def plot(extension):
 @pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
 @pytest.mark.parametrize("side", ["LEFT", "RIGHT"])
 def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
-    made = plot.placed((40, 0, 1400 * scale, 800 * scale), side, scale)
+    made = plot.place_plot((40, 0, 1400 * scale, 800 * scale), side, scale)
     assert 400 * scale <= made.width
     assert 300 * scale <= made.height
     assert made.x >= 40
@@ -32,14 +33,14 @@ def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
 
 
 def test_a_small_region_has_a_smaller_plot(plot):
-    made = plot.placed((0, 0, 420, 360), "LEFT", 1.0)
+    made = plot.place_plot((0, 0, 420, 360), "LEFT", 1.0)
     assert made.width <= 420 - 20
     assert made.height <= 360
-    assert plot.placed((0, 0, 50, 20), "LEFT", 1.0).radius > 0
+    assert plot.place_plot((0, 0, 50, 20), "LEFT", 1.0).radius > 0
 
 
 def test_angles_of_points_are_those_they_were_made_of(plot):
-    made = plot.placed((0, 0, 900, 700), "RIGHT", 1.0)
+    made = plot.place_plot((0, 0, 900, 700), "RIGHT", 1.0)
     for theta in (-1.5, -0.4, 0.0, 0.9, 1.5):
         for length in (0.2, 1.0):
             at = made.disc.points(theta, length)
@@ -76,7 +77,7 @@ def test_a_panel_that_floats_in_a_corner_leaves_the_larger_part_beside_it(plot, 
 def test_what_is_covered_as_a_whole_has_no_free_part(plot):
     _, _, width, height = plot.free_part((100, 50, 300, 200), [(0, 0, 900, 900)])
     assert max(width, 0) * max(height, 0) == 0
-    assert plot.placed(plot.free_part((100, 50, 300, 200), [(0, 0, 900, 900)]), "LEFT", 1.0).radius > 0
+    assert plot.place_plot(plot.free_part((100, 50, 300, 200), [(0, 0, 900, 900)]), "LEFT", 1.0).radius > 0
 
 
 @pytest.mark.parametrize(("radius", "root"), [("cube root", 3), ("linear", 1)])
@@ -129,3 +130,18 @@ def test_dashes_lie_on_a_line_and_have_gaps_of_their_length():
     ends = plane_plot.dashes(np.array([[0.0, 0], [30, 0], [30, 40]]), 10.0).reshape(-1, 2, 2)
     expected = [[[0, 0], [10, 0]], [[20, 0], [30, 0]], [[30, 10], [30, 20]], [[30, 30], [30, 40]]]
     np.testing.assert_allclose(ends, expected)
+
+
+@pytest.mark.parametrize("room", [150.0, 291.0, 299.5])
+def test_text_that_is_too_wide_is_drawn_in_its_room_also_where_letters_are_hinted(extension, monkeypatch, room):
+    """A font whose letters are whole pixels wide: half of its size makes them more than half as wide."""
+    from measured_brdf.addon.inspect import drawing
+
+    state, drawn = {}, []
+    font = SimpleNamespace(
+        size=lambda _font, size: state.update(size=size), color=lambda *_: None, position=lambda *_: None,
+        dimensions=lambda _font, text: (len(text) * math.ceil(0.5 * state["size"]), 10.0),
+        draw=lambda _font, text: drawn.append(font.dimensions(0, text)[0]))
+    monkeypatch.setattr(drawing, "blf", font)
+    assert drawing.text(50 * "a", (0, 0), 11.0, (1, 1, 1, 1), room=room) == drawn[-1] <= room
+    assert drawing.text(50 * "a", (0, 0), 11.0, (1, 1, 1, 1)) == drawn[-1] == 300

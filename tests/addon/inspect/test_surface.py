@@ -72,7 +72,7 @@ def compare(item, material, most_degrees, tangent_output=None):
     off = []
     for place, normal, tangent in zip(places[there], normals[there], along[there], strict=True):
         toward = (eye - place) / np.linalg.norm(eye - place)
-        spot = surface.under_ray(item, depsgraph, eye, -toward)
+        spot = surface.find_spot(item, depsgraph, eye, -toward)
         assert spot is not None
         assert (spot.item, spot.material) == (item.session_uid, material.session_uid)
         frame = spot.frame(item.matrix_world)
@@ -152,7 +152,7 @@ def test_the_back_of_a_surface_has_its_normal_toward_the_viewer(material):
     item = bpy.context.object
     item.data.materials.append(material)
     bpy.context.view_layer.update()
-    below = surface.under_ray(item, bpy.context.evaluated_depsgraph_get(), np.array([0, 0, -5.0]),
+    below = surface.find_spot(item, bpy.context.evaluated_depsgraph_get(), np.array([0, 0, -5.0]),
                               np.array([0, 0, 1.0]))
     np.testing.assert_allclose(below.frame(item.matrix_world)[:3, 2], (0, math.sin(0.3), -math.cos(0.3)), atol=1e-6)
 

@@ -56,11 +56,11 @@ def test_a_ray_goes_through_what_is_seen_at_its_pixel(view, orthographic):
         origin, direction = seen.ray(seen.project(point))
         np.testing.assert_allclose(np.cross(point - origin, direction), 0, atol=1e-6)
         assert (point - origin) @ direction > 0, "away from the viewer"
-        np.testing.assert_allclose(seen.toward(point), -direction, atol=1e-9)
+        np.testing.assert_allclose(seen.direction_to_viewer(point), -direction, atol=1e-9)
 
 
 def test_toward_the_viewer_is_toward_the_camera(view):
-    toward = view().toward((0.5, 0.5, 0.5))
+    toward = view().direction_to_viewer((0.5, 0.5, 0.5))
     expected = np.array((3, -6, 4)) - 0.5
     np.testing.assert_allclose(toward, expected / np.linalg.norm(expected), atol=1e-6)
 
@@ -83,13 +83,13 @@ def test_a_pixel_is_as_long_as_two_points_a_pixel_apart_are_apart(view, orthogra
 
 @pytest.mark.parametrize("orthographic", [False, True])
 def test_dragging_finds_the_direction_whose_point_is_under_the_mouse(view, frame, orthographic):
-    from measured_brdf.addon.inspect.view import dragged
+    from measured_brdf.addon.inspect.view import drag_direction
 
     seen, radius = view(orthographic), 0.8
     for theta, phi in ((0.1, 2.0), (0.5, -1.0), (0.9, 0.4), (0.3, 3.0)):
         point = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
         at = seen.project(frame[:3, 3] + radius * frame[:3, :3] @ point)
-        angles = dragged(seen, at, frame, radius)
+        angles = drag_direction(seen, at, frame, radius)
         assert angles == pytest.approx((theta, phi), abs=1e-5)
 
 
@@ -101,22 +101,22 @@ def upright():
 
 
 def test_dragging_below_the_horizon_stays_above_it(view, upright):
-    from measured_brdf.addon.inspect.view import dragged
+    from measured_brdf.addon.inspect.view import drag_direction
 
     seen = view()
     to_camera = np.array([3, -6, 0]) / math.hypot(3, 6)
     at = seen.project(upright[:3, 3] + 0.8 * (0.6 * to_camera - (0, 0, 0.8)))
-    theta, phi = dragged(seen, at, upright, 0.8)
+    theta, phi = drag_direction(seen, at, upright, 0.8)
     assert theta == pytest.approx(math.radians(89))
     assert phi == pytest.approx(math.atan2(-6, 3), abs=1e-4)
 
 
 def test_dragging_beside_the_hemisphere_keeps_to_its_outline(view, upright):
-    from measured_brdf.addon.inspect.view import dragged
+    from measured_brdf.addon.inspect.view import drag_direction
 
     seen, center = view(), upright[:3, 3]
     away = np.array([250.0, 300.0])
-    theta, phi = dragged(seen, seen.project(center) + away, upright, 0.8)
+    theta, phi = drag_direction(seen, seen.project(center) + away, upright, 0.8)
     point = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
     _, direction = seen.ray(seen.project(center) + away)
     assert abs(point @ direction) < 1e-6, "at a right angle to the ray"

@@ -1,5 +1,7 @@
 """What the commands for folders refuse and say, and what Convert Folder asks of them."""
 
+import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -58,6 +60,36 @@ def test_folders_in_a_folder_are_passed_over_with_a_note_and_taken_where_they_ar
     done = command.run("convert", folder / "metals", folder / "paints", folder / "metals" / "old", *given)
     assert "note: " not in done.stderr
     assert "4 done, 0 failed" in done.stdout
+
+
+def test_importing_or_converting_a_folder_warns_of_what_is_bad_and_of_what_is_asked(blender, tmp_path, cornell,
+                                                                                     write_astm, capfd):
+    """Of all measurements in it, and so does fitting them again."""
+    garnet = cornell("garnet_red_RGB")
+    turned = replace(garnet, phi_o=garnet.phi_o + math.pi, values=garnet.values / 1000)
+    for name, samples in (("red", garnet), ("turned", turned)):
+        write_astm(tmp_path / f"{name}.astm", samples, name)
+    poor = {"diffuse_level": 1, "specular_level": -1}
+    asked = ["turned reflects 5.8e-05 of the light that arrives, less than the blackest paints: in which units?",
+             "turned: 22 times as bright toward the light as in the mirror direction: is phi counted from the mirror's "
+             "side?"]
+    ops, warnings = blender.ops.measured_brdf, []
+    for run in (lambda: ops.import_folder(directory=str(tmp_path), **poor),
+                lambda: ops.convert_folder(directory=str(tmp_path), library=str(tmp_path / "out" / "a.blend"), **poor)):
+        assert run() == {"FINISHED"}
+        warnings.append([line.removeprefix("Warning: ") for line in capfd.readouterr().out.splitlines()
+                         if line.startswith("Warning: ") and "is not assigned" not in line])
+    imported, converted = warnings
+    assert [each for each in imported if each.startswith("red: Matches the measurements: poor")] == imported[:1]
+    assert imported[1:] == asked
+    assert converted[0].startswith("red: Matches the measurements: poor")
+    assert converted[1:] == [f"turned: {'. '.join(asked)}"]
+    blender.ops.mesh.primitive_cube_add()
+    assert ops.import_data(filepath=str(tmp_path / "turned.astm"), **poor) == {"FINISHED"}
+    capfd.readouterr()
+    assert ops.fit() == {"FINISHED"}
+    told = capfd.readouterr().out
+    assert all(f"Warning: {each}" in told for each in asked)
 
 
 def test_importing_a_folder_says_which_folders_in_it_it_passes_over(blender, tmp_path, glossy, write_astm, capfd):

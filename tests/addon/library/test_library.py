@@ -14,6 +14,7 @@ import pytest
 from bpy.app.handlers import persistent
 
 import fitter
+from fitter import cli
 from fitter.formats import saved_samples
 from support import command
 from support.blend_state import state
@@ -22,8 +23,8 @@ from support.checkout import ROOT
 from support.damaged_npz import with_header
 from support.stage import black_scene
 
-CHEAP = ["--preset", "Paper", "--diffuse-level", "1", "--specular-level", "none"]
-SETTINGS = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1}
+CHEAP = ["--preset", "Paper", "--diffuse-level", "2", "--specular-level", "4", "--compression", "80"]      # and good
+SETTINGS = {"preset": "Paper", "diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 
 
 @pytest.fixture
@@ -118,7 +119,9 @@ def test_measurements_that_are_a_multiple_and_other_options_are_not_up_to_date(b
     assert convert(folder, library).returncode == 0
     (before, _), same = errors(library)["a"], errors(library)["b"]
     write_astm(folder / "a.astm", replace(glossy, values=7 * glossy.values), "a")
-    assert convert(folder, library).returncode == 0
+    done = convert(folder, library)
+    assert (done.returncode, done.stdout.count("(!)")) == (cli.BAD, 1)
+    assert "  a reflects 2.22 times the light that arrives: " in done.stdout
     assert errors(library) == {"a": (pytest.approx(7 * before, rel=1e-5), "AUTO"), "b": same}
     options = "--quantity", "brdf_percent", "--rendering", "NODES"
     assert "up to date" not in convert(folder, library, *options).stdout
@@ -218,12 +221,12 @@ def test_a_users_copy_of_a_material_of_a_library_stays_what_it_is(blender, folde
         copy.node_tree.nodes.new("ShaderNodeBump")
         bpy.ops.wm.save_as_mainfile(filepath=str(library))
     assert convert(folder, library).stdout.count("up to date") == 2
-    done = convert(folder, library, "--prune", "--diffuse-level", "2")
+    done = convert(folder, library, "--prune", "--diffuse-level", "3")
     assert done.returncode == 0, done.stderr
     bpy.ops.wm.open_mainfile(filepath=str(library))
     assert sorted(item.name for item in bpy.data.materials) == ["A copy", "a", "b", "z copy"]
     level = {item.name: item.measured_brdf.diffuse_level for item in bpy.data.materials}
-    assert level == {"A copy": 1, "a": 2, "b": 2, "z copy": 1}
+    assert level == {"A copy": 2, "a": 3, "b": 3, "z copy": 2}
     assert "Bump" in bpy.data.materials["A copy"].node_tree.nodes
 
 
@@ -406,7 +409,7 @@ def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
     write_astm(folder / "a.astm", replace(glossy, values=glossy.values * 1.1), "a")
     (folder.parent / "b.astm").rename(folder / "b.astm")
     changed = load(folder / "a.astm")
-    choices = {"diffuse_level": 1, "specular_level": None, "compression": 95.0, "method": "mba"}
+    choices = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0, "method": "mba"}
     fit = library.with_suffix(".fits") / f"{tasks.fit_key(changed.name, tasks.digest(changed), choices)}.npz"
     fit.write_bytes(b"damaged")
     done = convert_to_small_files(1, arguments)

@@ -339,7 +339,7 @@ def three(ten):
 
 def command_for(folder, out):
     return [sys.executable, ROOT, "convert", folder, "-o", out, "--preset", "Paper", "--diffuse-level", "2",
-            "--specular-level", "none"]
+            "--specular-level", "4", "--compression", "80"]
 
 
 def convert(folder, out, *more):

@@ -68,7 +68,7 @@ def masked(mix, pixels, colorspace="Non-Color"):
 def spot_at(parts, x, y):
     """What is inspected of the plane at a place."""
     item, depsgraph = bpy.context.object, bpy.context.evaluated_depsgraph_get()
-    return parts.surface.under_ray(item, depsgraph, np.array([x, y, 5.0]), np.array([0, 0, -1.0]))
+    return parts.surface.find_spot(item, depsgraph, np.array([x, y, 5.0]), np.array([0, 0, -1.0]))
 
 
 def answered(parts, job):
@@ -102,7 +102,7 @@ def test_a_mix_has_a_lobe_and_its_values_are_read(parts, mix):
     made.refresh()
     parts.queue.answer_all()
     made.refresh()
-    np.testing.assert_allclose([value for _, value in made.inspection.read(0.7)], BOTH, rtol=NEAR)
+    np.testing.assert_allclose([value for _, value in made.inspection.plane.read(0.7)], BOTH, rtol=NEAR)
     np.testing.assert_allclose(np.linalg.norm(made.inspection.lobe.vertices, axis=1), np.cbrt(BOTH.mean()), rtol=NEAR)
     assert made.inspection.shown.note == ""
 
@@ -115,7 +115,7 @@ def test_under_a_mask_the_lobe_is_that_of_the_spot(parts, mix):
         made.refresh()
         parts.queue.answer_all()
         made.refresh()
-        np.testing.assert_allclose([value for _, value in made.inspection.read(0.2)], expected, rtol=NEAR)
+        np.testing.assert_allclose([value for _, value in made.inspection.plane.read(0.2)], expected, rtol=NEAR)
         assert made.inspection.shown.note == note
 
 
@@ -182,7 +182,7 @@ def test_a_mix_is_compared_by_its_own_albedo(parts, mix):
                             ("Between Measured Angles", "good", "good")):
         place = texts.index(name)
         assert [text[3:] for text in texts[place + 1:place + 3]] == expected
-    assert parts.comparison.pinned(scene, dark) == mix
+    assert parts.comparison.find_pinned(scene, dark) == mix
 
 
 def test_a_mix_can_be_rendered_to_look_at_and_a_plain_material_cannot(parts, mix):

@@ -172,7 +172,7 @@ def test_one_line_tells_how_many_files_of_the_data_folder_cannot_be_read(ui, ext
     from measured_brdf.addon.starter import panel, shelf, thumbnails
 
     unreadable = [thumbnails.FolderEntry(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
-    monkeypatch.setattr(shelf, "watched", lambda folder: SimpleNamespace(error=None, result=unreadable))
+    monkeypatch.setattr(shelf, "watch_folder", lambda folder: SimpleNamespace(error=None, result=unreadable))
     monkeypatch.setattr(panel.preferences, "get", lambda context: SimpleNamespace(data_folder="/data"))
     assert panel.MEASUREDBRDF_PT_folder.poll(bpy.context)
     shown = draw(panel.MEASUREDBRDF_PT_folder)

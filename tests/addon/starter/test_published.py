@@ -103,7 +103,7 @@ def test_an_asset_of_a_published_fit_says_what_it_is(cube):
 def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as_much_as_it_has_room_for(extension):
     from measured_brdf.addon.starter import panel, shelf
 
-    offered = shelf.offered("", shelf.ALL)
+    offered = shelf.find_offered("", shelf.ALL)
     assert [each.name for each in offered[:2]] == ["gold-polished", "silver-polished"]
     assert [each.is_computed for each in offered] == [True] * 75 + [False] * (len(offered) - 75)
     brightest = [max(each.model.kd) for each in offered[75:]]
@@ -113,7 +113,7 @@ def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as
     drawn = {height: draw(panel.MEASUREDBRDF_PT_library, window=height and SimpleNamespace(height=height))
              for height in (None, 2000, 1080, 100)}
     choices.property_unset("tag")
-    pictures = [len(each) for each in shelf.by_substance(offered)]
+    pictures = [len(each) for each in shelf.group_finishes(offered)]
     assert [each.kinds.count("picture") for each in drawn.values()] == [sum(pictures[:n]) for n in (28, 28, 21, 7)]
     assert f"{len(pictures) - 21} more materials" in drawn[1080].texts
 
@@ -121,11 +121,11 @@ def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as
 def test_a_metal_is_one_picture_with_its_finishes_beside_it_and_all_metals_have_room(extension):
     from measured_brdf.addon.starter import panel, shelf
 
-    gold = shelf.by_substance(shelf.offered("", "metal"))[0]
+    gold = shelf.group_finishes(shelf.find_offered("", "metal"))[0]
     assert [each.name for each in gold] == ["gold-polished", "gold-satin", "gold-rough", "gold-brushed"]
     shown = draw(panel.MEASUREDBRDF_PT_library, window=SimpleNamespace(height=1080))
     used = [vars(entry[4]).get("name") for entry in shown.drawn if entry[0] == "button"]
-    assert {each.name for each in shelf.offered("", "metal")} <= set(used)
+    assert {each.name for each in shelf.find_offered("", "metal")} <= set(used)
     assert "more materials" not in shown.texts
     assert shown.button("Gold").options == {"name": "gold-polished"}
     choices = bpy.context.window_manager.measured_brdf_shelf
@@ -174,7 +174,7 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
     from measured_brdf.fitter.model import published
 
     def found(search, tag=shelf.ALL):
-        return [each.name for each in shelf.offered(search, tag)]
+        return [each.name for each in shelf.find_offered(search, tag)]
 
     assert len(found("")) == len(published.list_offered())
     assert found("PLASTIC matte yellow") == ["yellow-matte-plastic"]
@@ -183,7 +183,7 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
     assert found("chrome") == ["chromium-polished", "chromium-satin", "chromium-rough", "chromium-brushed"]
     assert "stainless-steel-brushed" in found("steel")
     assert found("gold brushed") == ["gold-brushed"]
-    assert {each.tags for each in shelf.offered("", "metal")} == {("metal",)}
+    assert {each.tags for each in shelf.find_offered("", "metal")} == {("metal",)}
     assert found("", "foam") == ["polyurethane-foam"]
     assert found("unobtainium") == []
 
@@ -200,10 +200,10 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     folder = tmp_path / "data"
     folder.mkdir()
     write_astm(folder / "a.astm", glossy, "a")
-    job = shelf.watched(str(folder))
+    job = shelf.watch_folder(str(folder))
     assert job.finished is None
     queue.answer_all()
-    measurement, = shelf.watched(str(folder)).result
+    measurement, = shelf.watch_folder(str(folder)).result
     assert measurement.label == "a.astm"
     assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
     queue.answer_all()
@@ -233,7 +233,7 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
     choices.search = "gold"
     opened = draw(panel.MEASUREDBRDF_PT_library, window=None)
     choices.property_unset("search")
-    shown = shelf.offered("gold", shelf.ALL)
+    shown = shelf.find_offered("gold", shelf.ALL)
     assert len(shown) > 1
     assert opened.kinds.count("picture") == len(shown)
     assert shelf.coming() == {each.name for each in shown}
@@ -286,12 +286,12 @@ def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, m
 
     redrawn = []
     monkeypatch.setattr(shelf.queue, "redraw", lambda: redrawn.append(True))
-    shelf.watched(str(tmp_path))
+    shelf.watch_folder(str(tmp_path))
     assert bpy.app.timers.is_registered(shelf._tick)
     assert shelf._tick() == shelf._TICK
     assert redrawn == [True]
     assert shelf._tick() is None            # it was not drawn since
-    shelf.watched(str(tmp_path))
+    shelf.watch_folder(str(tmp_path))
     assert shelf._tick() == shelf._TICK
     bpy.app.timers.unregister(shelf._tick)
 

@@ -157,7 +157,7 @@ def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, 
     assert rendered.in_scene(item, bpy.context.scene).how == "NODES"
     assert "not compiled" in rendered.in_scene(item, bpy.context.scene).why
     assert not rendered.in_scene(item, bpy.context.scene).can_enable
-    assert rendered.in_words(rendered.in_scene(item, bpy.context.scene)) == "Nodes: not compiled yet"
+    assert rendered.rendering_words(rendered.in_scene(item, bpy.context.scene)) == "Nodes: not compiled yet"
     assert compiling.compile_used() == 0                    # nothing uses it
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.materials.append(item)
@@ -233,16 +233,16 @@ def test_the_library_is_added_to_the_asset_libraries_once(blender, starter):
     for _ in range(2):
         assert bpy.ops.measured_brdf.add_starter_library() == {"FINISHED"}
         assert len(libraries) == before + 1
-    assert libraries[starter.NAME].path == str(starter.SHIPPED)
+    assert libraries[starter.LIBRARY_NAME].path == str(starter.SHIPPED)
     assert starter.is_offered(bpy.context)
-    assert libraries[starter.NAME].import_method == "APPEND"
-    libraries[starter.NAME].path = "/somewhere/else"        # of an older installation
-    libraries[starter.NAME].import_method = "LINK"
+    assert libraries[starter.LIBRARY_NAME].import_method == "APPEND"
+    libraries[starter.LIBRARY_NAME].path = "/somewhere/else"  # of an older installation
+    libraries[starter.LIBRARY_NAME].import_method = "LINK"
     assert not starter.is_offered(bpy.context)
     assert bpy.ops.measured_brdf.add_starter_library() == {"FINISHED"}
-    assert libraries[starter.NAME].path == str(starter.SHIPPED)
-    assert libraries[starter.NAME].import_method == "APPEND"
-    libraries.remove(libraries[starter.NAME])
+    assert libraries[starter.LIBRARY_NAME].path == str(starter.SHIPPED)
+    assert libraries[starter.LIBRARY_NAME].import_method == "APPEND"
+    libraries.remove(libraries[starter.LIBRARY_NAME])
 
 
 def test_a_library_that_is_not_there_is_built_by_a_second_blender(blender, starter, monkeypatch, tmp_path):
@@ -266,8 +266,8 @@ def test_a_library_that_is_not_there_is_built_by_a_second_blender(blender, start
     assert asked == [["starter", "-o", str(tmp_path / "own")]]
     assert state() == before
     libraries = bpy.context.preferences.filepaths.asset_libraries
-    assert libraries[starter.NAME].path == str(tmp_path / "own")
-    libraries.remove(libraries[starter.NAME])
+    assert libraries[starter.LIBRARY_NAME].path == str(tmp_path / "own")
+    libraries.remove(libraries[starter.LIBRARY_NAME])
 
 
 def test_no_material_reflects_more_light_than_it_gets(blender, extension):

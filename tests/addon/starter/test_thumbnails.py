@@ -197,7 +197,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(thumbnails, folder, tmp_
 
 
 def test_only_so_many_pictures_are_kept(thumbnails, folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(thumbnails, "_KEPT", 2)
+    monkeypatch.setattr(thumbnails, "_KEPT_PICTURES", 2)
     found, cache = thumbnails.scan(str(folder))[0], tmp_path / "cache"
     for stamp in ((1, 1), (2, 1), (3, 1)):
         thumbnails.measurement_picture(found._replace(stamp=stamp), str(cache), {})

@@ -99,7 +99,7 @@ def test_other_programs_get_a_diffuse_surface_and_the_panel_says_so(skin):
     scene = bpy.context.scene
     for engine, said in (("CYCLES", "a random walk"), ("BLENDER_WORKBENCH", "a diffuse surface of the same albedo")):
         scene.render.engine = engine
-        assert said in rendered.below_surface(skin, scene)
+        assert said in rendered.subsurface_message(skin, scene)
     scene.render.engine = "CYCLES"
     shown = draw(rendering.MEASUREDBRDF_PT_rendering, material=skin)
     assert "a random walk" in shown.texts
@@ -110,5 +110,5 @@ def test_the_library_lists_them_as_a_kind(extension):
     from measured_brdf.addon.starter import shelf
 
     assert "translucent" in shelf.tags()
-    assert len(shelf.offered("", "translucent")) == 25
-    assert [each.name for each in shelf.offered("milk skim", shelf.ALL)] == ["skim-milk"]
+    assert len(shelf.find_offered("", "translucent")) == 25
+    assert [each.name for each in shelf.find_offered("milk skim", shelf.ALL)] == ["skim-milk"]

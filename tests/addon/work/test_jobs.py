@@ -116,9 +116,9 @@ def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypat
     reads = []
     monkeypatch.setattr(tasks.fitter, "load", lambda path, *options, **how: reads.append(path) or load(path))
     data = tasks.read(str(file), "")
-    assert len(tasks.samples_of(data)) == data.description.count > 10_000
+    assert len(tasks.load_samples(data)) == data.description.count > 10_000
     assert len(pickle.dumps(data)) < 10_000 < 0.01 * file.stat().st_size
-    assert tasks.samples_of(pickle.loads(pickle.dumps(data))) is tasks.samples_of(data)
+    assert tasks.load_samples(pickle.loads(pickle.dumps(data))) is tasks.load_samples(data)
     tasks.fitted_of(data, {"diffuse_level": 1, "specular_level": None})
     assert tasks.read(str(file), "") is data
     outcome = tasks.outcome(str(file), "", {"diffuse_level": 1, "specular_level": None})
@@ -127,7 +127,7 @@ def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypat
     file.write_bytes(merl_files.pack(merl_files.random_cells(32, 2)))
     os.utime(file, (1, 1))
     with pytest.raises(DatasetError, match="has changed"):
-        tasks.samples_of(data)
+        tasks.load_samples(data)
     assert tasks.read(str(file), "").digest != data.digest
     assert len(reads) == 2
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.imaging import pictures
+from fitter.imaging import pictures, plane_plot
 from fitter.imaging.plane_plot import Plotted
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
@@ -49,7 +49,7 @@ def no_fits(jobs, monkeypatch):
     def fail(*_arguments, **_options):
         raise AssertionError("fitted again")
 
-    for module, name in ((jobs.tasks, "fit"), (jobs.tasks, "fitted"), (jobs.tasks.fitter, "load")):
+    for module, name in ((jobs.tasks, "fit"), (jobs.tasks, "fit_once"), (jobs.tasks.fitter, "load")):
         monkeypatch.setattr(module, name, fail)
 
 
@@ -79,7 +79,7 @@ def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(jobs, imported
     _, polar = answered(jobs, jobs.queries.polar_plot, "", ((jobs.queries.embedded_fit(material), ()),), None, 0.6)
     picture, shown = polar.result
     assert np.isnan(shown)                                          # no samples, and so none of their dots
-    np.testing.assert_allclose(picture, pictures.polar_plot([Plotted(expected)], None, 0.6)[0], atol=0.01)
+    np.testing.assert_allclose(picture, plane_plot.polar_plot([Plotted(expected)], None, 0.6)[0], atol=0.01)
 
 
 def test_linked_materials_have_pictures(jobs, imported, tmp_path, blender, no_fits):

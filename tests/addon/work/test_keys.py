@@ -59,7 +59,9 @@ def test_the_digest_of_measurements_names_all_that_a_fit_depends_on(work, sample
         "channels": [{"channels": ("B", "G", "R")}, {"values": samples.values[:, ::-1]}],
         "colours": {"colours": "ACEScg"}, "isotropic": {"isotropic": False},
         "subsurface": [{"subsurface": Subsurface(np.array([0.5, 0.4, last]), np.array([1, path, 1]), index)}
-                       for last, path, index in ((0.3, 1, 1.3), (0.301, 1, 1.3), (0.3, 1.01, 1.3), (0.3, 1, 1.4))],
+                       for last, path, index in ((0.3, 1, 1.3), (0.301, 1, 1.3), (0.3, 1.01, 1.3), (0.3, 1, 1.4),
+                                                 (0.3, 1e-7, 1.3), (0.3, 2e-7, 1.3), (1 - 1e-8, 1, 1.3),
+                                                 (1 - 2e-8, 1, 1.3))],
         "deviation": [{"deviation": None}, {"deviation": changed_at(samples.deviation, 3, 1.01)}]}
     assert {*others, *OF_NO_FIT} == {field.name for field in fields(samples)}
     keys = {"as they are": work.tasks.digest(samples)}
@@ -74,6 +76,8 @@ def test_the_digest_does_not_depend_on_names_and_on_how_a_computer_rounds(work, 
              {"saturated": np.ones(len(samples), bool)},
              {"values": samples.values * (1 + 2e-16 * random.standard_normal(samples.values.shape))}]
     assert {work.tasks.digest(replace(samples, **each)) for each in alike} == {work.tasks.digest(samples)}
+    powers = replace(samples, values=2.0 ** np.round(np.log2(samples.values)))
+    assert work.tasks.digest(replace(powers, values=powers.values * (1 - 1e-16))) == work.tasks.digest(powers)
     nothing = changed_at(samples.values, (3, 1), 0.0)
     nearly = nothing.copy()
     nearly[3, 1] = -1e-17 * nothing.max()

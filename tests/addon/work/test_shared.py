@@ -26,7 +26,7 @@ def process(extension):
 @pytest.fixture
 def making(process, monkeypatch):
     """Workers that make everything, also what the tests' own keep."""
-    monkeypatch.setattr(process, "_SCRIPT", ROOT / "addon" / "work" / "worker.py")
+    monkeypatch.setattr(process, "_WORKER_SCRIPT", ROOT / "addon" / "work" / "worker.py")
 
 
 @pytest.fixture
@@ -179,7 +179,7 @@ def test_a_single_process_shares_nothing(extension, monkeypatch, tmp_path):
     done = []
     for _ in range(2):
         assert shared.once("key", lambda: done.append(1) or len(done)) == len(done)
-    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
+    monkeypatch.setenv(shared.WORKERS_FOLDER, str(tmp_path))
     assert [shared.once("key", lambda: done.append(1) or len(done)) for _ in range(2)] == [3, 3]
 
 
@@ -194,7 +194,7 @@ def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, m
     def flock(_file, _operation):
         raise answers.pop(0)
 
-    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
+    monkeypatch.setenv(shared.WORKERS_FOLDER, str(tmp_path))
     monkeypatch.setattr(shared.fcntl, "flock", flock)
     assert shared.once("key", lambda: 5) == 5
 
@@ -202,7 +202,7 @@ def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, m
 def test_a_result_that_another_process_forgets_meanwhile_is_worked_out_again(extension, monkeypatch, tmp_path):
     from measured_brdf.addon.work import shared
 
-    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
+    monkeypatch.setenv(shared.WORKERS_FOLDER, str(tmp_path))
     assert shared.once("key", lambda: 5) == 5
     path, = tmp_path.glob("*.result")
     monkeypatch.setattr(shared.os, "utime", lambda _path: path.unlink() or path.stat())
@@ -214,8 +214,8 @@ def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):
 
     from measured_brdf.addon.work import shared
 
-    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
-    monkeypatch.setattr(shared, "_KEPT", 3)
+    monkeypatch.setenv(shared.WORKERS_FOLDER, str(tmp_path))
+    monkeypatch.setattr(shared, "_KEPT_RESULTS", 3)
     for number in range(5):
         shared.once(str(number), lambda number=number: number)
         for path in tmp_path.glob("*.result"):

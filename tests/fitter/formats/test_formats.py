@@ -174,7 +174,7 @@ def test_curet_samples_by_number_and_by_name(data, curet):
 
 
 def test_every_curet_sample_has_a_name_of_its_own():
-    assert len(set(curet_format.NAMES)) == 61
+    assert len(set(curet_format.SAMPLE_NAMES)) == 61
 
 
 @pytest.mark.parametrize(("sample", "hint"), [("lether", "did you mean leather"), (62, "from 1 to 61"), ("", None),

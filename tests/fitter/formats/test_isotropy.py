@@ -31,7 +31,7 @@ def found(truth, grid, noise=0.05, floor=0.0, holes=0.0, zeros=False, seed=0):
               + floor * values.mean() * random.standard_normal(values.shape))
     if zeros:
         values[directions[2] > np.median(directions[2])] = 0
-    return isotropy.decided(Samples(*directions, values))
+    return isotropy.decide_isotropy(Samples(*directions, values))
 
 
 @grids
@@ -72,8 +72,8 @@ def test_a_lamp_that_drifts_makes_nothing_anisotropic(random):
     directions = GRIDS["goniometer"]
     rotation = np.unique(directions[1].round(6), return_inverse=True)[1]
     drift = 1 + 0.02 * random.standard_normal(rotation.max() + 1)
-    samples = isotropy.decided(Samples(*directions, ISOTROPIC["satin"](*directions) * drift[rotation][:, None],
-                                       ("R", "G", "B")))
+    samples = isotropy.decide_isotropy(Samples(*directions, ISOTROPIC["satin"](*directions) * drift[rotation][:, None],
+                                               ("R", "G", "B")))
     assert samples.isotropic
 
 
@@ -87,14 +87,14 @@ def test_two_rotations_are_isotropic_and_told(rotations):
 
 
 def test_of_one_rotation_nothing_is_said_or_worked_out(monkeypatch):
-    monkeypatch.setattr(isotropy, "_compared", None)
+    monkeypatch.setattr(isotropy, "_compare_rotations", None)
     samples = Samples([0.5] * 3, [0.7] * 3, [0.1, 0.2, 0.3], [0, 1, 2], [[1], [2], [3]])
-    assert isotropy.decided(samples) is samples
+    assert isotropy.decide_isotropy(samples) is samples
 
 
 def test_at_the_normal_there_are_no_rotations():
     directions = instruments.grid([0], range(0, 360, 10), [20, 40], [0, 60])
-    samples = isotropy.decided(Samples(*directions, np.ones((len(directions[0]), 1))))
+    samples = isotropy.decide_isotropy(Samples(*directions, np.ones((len(directions[0]), 1))))
     assert samples.isotropic
     assert samples.notes == ()
 
@@ -104,7 +104,7 @@ def test_directions_that_have_little_in_common_tell_nothing(curet):
     samples = curet("corduroy")
     assert samples.isotropic
     assert not any("rotation" in note for note in samples.notes)
-    as_a_table = isotropy.decided(Samples(*samples.directions, samples.values))
+    as_a_table = isotropy.decide_isotropy(Samples(*samples.directions, samples.values))
     assert as_a_table.isotropic
     assert as_a_table.notes == ("Measured at 22 rotations, but too few directions in common to compare them: taken as "
                                 "isotropic",)
@@ -200,7 +200,7 @@ def test_another_symmetry_is_refused_with_its_line(table, said):
 
 
 def test_formats_that_define_an_isotropic_material_are_not_examined(curet, data, monkeypatch):
-    monkeypatch.setattr(isotropy, "_compared", None)
+    monkeypatch.setattr(isotropy, "_compare_rotations", None)
     assert curet(1).isotropic
     path = data / "cornell" / "garnet_red.astm"
     assert fitter.load(path).isotropic
@@ -212,20 +212,20 @@ def test_azimuths_may_be_of_many_turns(random, count):
     angles = random.random((4, count)) * [[1.5], [6], [1.5], [6]]
     angles[1, ::2], angles[3, ::2] = -1e6, 1e6
     for values in (np.ones((count, 1)), random.random((count, 1)) - 0.5, np.zeros((count, 1))):
-        assert isotropy.decided(Samples(*angles, values)).isotropic
+        assert isotropy.decide_isotropy(Samples(*angles, values)).isotropic
 
 
 def test_of_very_many_samples_in_one_patch_all_are_compared(monkeypatch):
     monkeypatch.setattr(isotropy, "_MOST", 10)
     directions = instruments.grid([45], range(0, 180, 10), range(60, 80, 1), [90])
-    samples = isotropy.decided(Samples(*directions, instruments.ggx()(*directions), ("R", "G", "B")))
+    samples = isotropy.decide_isotropy(Samples(*directions, instruments.ggx()(*directions), ("R", "G", "B")))
     assert not samples.isotropic
 
 
 def test_very_many_samples_are_compared_in_part(monkeypatch):
     monkeypatch.setattr(isotropy, "_MOST", 5000)
     sizes = []
-    monkeypatch.setattr(isotropy, "_at_several", lambda cell, rotation, known=isotropy._at_several: (
+    monkeypatch.setattr(isotropy, "_is_at_several", lambda cell, rotation, known=isotropy._is_at_several: (
         sizes.append(len(cell)) or known(cell, rotation)))
     assert not found(ANISOTROPIC["GGX"], "goniometer").isotropic
     assert found(ISOTROPIC["gloss"], "goniometer").isotropic

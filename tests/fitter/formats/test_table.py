@@ -36,6 +36,16 @@ def assert_is(samples, directions=DIRECTIONS, values=VALUES, channels=("R", "G",
 NAMES = ["theta_i", "phi_i", "theta_o", "phi_o", "R", "G", "B"]
 
 
+def test_the_sign_of_percent_behind_numbers_tells_what_a_reflectance_is(load):
+    rows = "30,10,180,50{0}\n30,20,180,40{0}\n30,30,180,45{0}\n"
+    head = "theta_i[deg],theta_o[deg],phi[deg],reflectance\n"
+    np.testing.assert_allclose(load(head + rows.format("%")).values[:, 0], np.array([0.5, 0.4, 0.45]) / np.pi)
+    with pytest.raises(fitter.UnitsUnknownError, match="may be the BRDF or a reflectance factor"):
+        load(head + rows.format(""))
+    with pytest.raises(DatasetError, match="angles must all be in degrees"):
+        load(head.replace("[deg]", "") + rows.format("%").replace("30,20", "30%,20"))
+
+
 @pytest.mark.parametrize(("separator", "number"), [
     (",", "{:.10g}".format), (", ", "{:.10g}".format), ("\t", "{:.10g}".format), ("  ", "{:.10g}".format),
     (";", "{:.10g}".format), (";", lambda x: f"{x:.10g}".replace(".", ",")),

@@ -109,7 +109,7 @@ def up_to(degrees):
 
 def checked_albedo(fit):
     """The directional albedo that is checked, at `energy.OUTGOING_ANGLES`: (views, channels)."""
-    few = energy.reflected_light(fit, energy._FEW, energy._CELLS)
+    few = energy.reflected_light(fit, energy._FEW_POLAR_ANGLES, energy._COARSE_CELLS)
     return energy._reflected_at_angles(fit, few).sum(axis=2).max(axis=0)
 
 

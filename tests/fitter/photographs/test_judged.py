@@ -90,6 +90,24 @@ def test_one_photograph_many_times_is_told(flat, run):
     assert "7 of 8 photographs repeat the picture of another one, lamp1.exr for one" in doubts[0]
 
 
+def test_what_is_read_or_is_somebody_elses_is_not_written_over(flat, ball, tmp_path, capsys):
+    for name in (ball.name, "lamp1.exr", "card.exr"):
+        before = ball.with_name(name).read_bytes()
+        assert cli.main(["photographs", str(ball), "-o", str(ball.with_name(name))]) == 1
+        assert f"{name}: is read, and would be replaced" in capsys.readouterr().err
+        assert ball.with_name(name).read_bytes() == before
+    command, mine = ["flat", str(described(flat)), "-o", str(tmp_path)], tmp_path / "mask-2.png"
+    mine.write_text("drawn by hand")
+    assert cli.main(command) == 1
+    assert f"{tmp_path}: mask-2.png: not written by an earlier run, or changed since" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mask-2.png"]
+    mine.unlink()
+    assert cli.main(command) == cli.main(command) == 0
+    mine.write_text("painted over")
+    assert cli.main(command) == 1
+    assert mine.read_text() == "painted over"
+
+
 def test_a_flat_sample_that_reflects_more_than_it_gets_is_told(flat, run):
     """Millimetres for metres: the maps are as good as ever."""
     places = [[round(float(x), 3) for x in place] for place in flat_files.corners()]
@@ -153,6 +171,23 @@ def test_a_ball_is_judged_in_the_same_words(ball, run):
     assert grade in ("excellent", "good")
     assert missed < 0.1
     assert not doubts
+
+
+def test_a_ball_is_judged_by_a_photograph_that_others_surround_whatever_their_order(openimageio, paints, run, tmp_path):
+    """Nobody knows what is beyond the largest phase angle."""
+    scenes = [ball_scene.at_phase(angle, turn=50 * k) for k, angle in enumerate((15, 70, 130, 100, 40))]
+    code, lines, _ = run("photographs", ball_files.write(tmp_path / "ball", paints[0], scenes))
+    assert (code, predicted(lines)[1]) in [(0, "excellent"), (0, "good")]
+    assert any(line.startswith("  Without lamp2.exr, ") for line in lines)
+
+
+@pytest.mark.parametrize("command", ["flat", "photographs"])
+def test_two_photographs_say_that_they_are_not_judged(flat, paints, run, tmp_path, command):
+    path = (described(flat, names=NAMES[:2], lamps=LAMPS[:2], texels=6) if command == "flat" else
+            ball_files.write(tmp_path / "ball", paints[0], [ball_scene.at_phase(angle) for angle in (15, 70)]))
+    code, lines, doubts = run(command, path)
+    assert (code, doubts) == (0, [])
+    assert len([line for line in lines if "described rightly is not judged: two others" in line]) == 1
 
 
 def test_a_ball_with_lamps_elsewhere_is_not_predicted(ball, run):

@@ -192,7 +192,7 @@ def test_the_pixels_of_an_exr_are_in_their_place_of_its_display_window(openimage
     inside[rows, columns] = pixels[-(rows.stop - rows.start):, -(columns.stop - columns.start):]
     np.testing.assert_allclose(found.pixels, inside, atol=1e-6)
     assert picture_files.read_picture_info(path).size == (6, 8)
-    assert [note for note in found.notes if "4 x 3 of a display window of 8 x 6" in note]
+    assert [note for note in found.notes if "4 x 3 beside a display window of 8 x 6" in note]
 
 
 def test_an_exr_whose_pixels_are_beside_its_display_window_is_refused(openimageio, tmp_path):

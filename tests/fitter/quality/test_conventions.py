@@ -7,7 +7,7 @@ import pytest
 
 import fitter
 from fitter import Samples, cli
-from fitter.formats import list_samples
+from fitter.formats import list_samples, saved_samples
 from fitter.quality.conventions import questions
 from support.checkout import measurements
 
@@ -39,6 +39,18 @@ def test_what_a_glossy_surface_betrays(name):
     assert question.endswith(MIRROR)
     (question,) = questions(as_elevations(samples))
     assert ELEVATION in question
+
+
+@pytest.mark.parametrize(("change", "asked"), [(from_mirror, MIRROR), (as_elevations, ELEVATION)])
+def test_what_is_asked_of_directions_is_asked_of_a_fit_that_matches_them(cornell, tmp_path, capsys, change, asked):
+    path = tmp_path / "turned.npz"
+    saved_samples.write(change(cornell("garnet_red_RGB")), path)
+    assert cli.main(["fit", str(path), "-o", str(tmp_path / "fit.npz"), "--preset", "Draft"]) == cli.BAD
+    told = capsys.readouterr().out
+    assert "Matches the measurements: poor" not in told
+    (line,) = [line for line in told.splitlines() if line.endswith("(!)")]
+    assert asked in line
+    assert line.startswith("  Garnet Red: ")
 
 
 @pytest.mark.parametrize("folder", ["cornell", "goniometer", "rgl"])
@@ -130,3 +142,11 @@ def test_noise_of_dark_directions_is_no_factor_of_three(tmp_path, random):
     notes = fitter.load(table(tmp_path, rows)).notes
     assert any("measured more than once" in note for note in notes)
     assert not any("factor" in note for note in notes)
+
+
+@pytest.mark.parametrize(("other", "asked"), [(1.2, 0), (2.5, 1)])
+def test_two_samples_in_one_table_are_asked_about(tmp_path, other, asked):
+    """Also where they differ by less than any threefold."""
+    rows = [(i, o, p, each) for i in (10, 40) for o in (0, 30, 60) for p in (0, 90, 180) for each in (0.1, 0.1 * other)]
+    notes = fitter.load(table(tmp_path, rows)).notes
+    assert len([note for note in notes if note.endswith("several samples in one table?")]) == asked

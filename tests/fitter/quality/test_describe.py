@@ -10,9 +10,9 @@ import pytest
 
 import fitter
 from fitter.cycles.principled import albedo
-from fitter.imaging import pictures, studio
+from fitter.imaging import pictures, plane_plot, studio
 from fitter.imaging.plane_plot import Plotted
-from fitter.quality.describe import describe
+from fitter.quality.describe import describe, open_questions
 
 
 def vector(theta, phi):
@@ -204,7 +204,7 @@ def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
     n = 400_000
     z, azimuth = np.sqrt((np.arange(n) + 0.5) / n), np.arange(n) * math.pi * (3 - math.sqrt(5))     # cosine-weighted
     toward = np.stack([np.sqrt(1 - z ** 2) * np.cos(azimuth), np.sqrt(1 - z ** 2) * np.sin(azimuth), z], axis=-1)
-    expected = studio.developed(np.full((1, 3), studio.radiance(toward).mean() / 2))[0, 0]
+    expected = studio.develop(np.full((1, 3), studio.radiance(toward).mean() / 2))[0, 0]
     assert picture[50, 50, 0] == pytest.approx(pictures.srgb(np.array(expected)), abs=0.01)
     assert picture[70, 30, 0] > picture[30, 30, 0]                      # the key light is at the upper left
 
@@ -212,9 +212,9 @@ def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
 def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it():
     theta = np.radians([10, 40, 70])
     samples = fitter.Samples(np.full(3, 0.7), np.zeros(3), theta, np.full(3, np.pi), np.full((3, 1), 0.5 / np.pi))
-    picture, shown = pictures.polar_plot([Plotted(Lambertian())], samples, 0.6, 200)
+    picture, shown = plane_plot.polar_plot([Plotted(Lambertian())], samples, 0.6, 200)
     assert shown == pytest.approx(0.7)
-    disc = pictures.picture_disc(200)
+    disc = plane_plot.picture_disc(200)
     for angle_from_normal in np.radians([-80, -45, 0, 45, 80]):
         x, y = disc.points(angle_from_normal, 1.0).astype(int)
         assert picture[y - 1:y + 2, x - 1:x + 2, 0].max() > 0.7
@@ -223,7 +223,7 @@ def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it(
 
 def test_without_samples_near_the_plane_the_plot_shows_none():
     samples = fitter.Samples([0.7], [0.0], [0.7], [np.pi / 2], [[1.0]])
-    assert math.isnan(pictures.polar_plot([Plotted(Lambertian())], samples, 0.6, 64)[1])
+    assert math.isnan(plane_plot.polar_plot([Plotted(Lambertian())], samples, 0.6, 64)[1])
 
 
 @pytest.mark.parametrize(("degrees", "guessed"), [(80, "beyond 80°, where nothing was measured"), (89.5, None)])
@@ -231,3 +231,14 @@ def test_it_says_from_which_angle_on_a_fit_is_a_guess(degrees, guessed):
     theta = np.radians(np.linspace(0, degrees, 20))
     description = describe(fitter.Samples(0.5 * theta, 0 * theta, theta, 0 * theta, np.ones((20, 1))))
     assert {label: text for label, text, _ in description.rows()}.get("Guessed") == guessed
+
+
+@pytest.mark.parametrize(("values", "asked"), [
+    (np.array([[0.0, 0.1, 0.2], [0.0, 0.2, 0.1]]), "No value of R is above 0: was it measured?"),
+    (np.array([[-999.0, 0.1, 0.2], [0.1, 0.2, 0.1]]), "Values down to -999 / sr, farther below 0 than any is above: do "
+                                                      "they mark what was not measured?"),
+    (np.array([[-0.05, 0.1, 0.2], [0.1, 0.2, 0.1]]), None)], ids=["dead channel", "mark", "noise"])
+def test_values_that_were_not_measured_are_asked_about_before_and_after_a_fit(values, asked):
+    samples = fitter.Samples([0.1, 0.6], [0, 0], [0.5, 0.2], [0, 3], values, ("R", "G", "B"), "scan")
+    assert [row for row in describe(samples).rows() if row[0] == "Values"] == [("Values", asked, True)] * bool(asked)
+    assert open_questions(samples) == (f"scan: {asked}",) * bool(asked)

@@ -73,6 +73,11 @@ def outputs(material):
     return [node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL"]
 
 
+def highlight(index, level=0.5):
+    """The reflectance at normal incidence of a Principled BSDF."""
+    return ((index - 1) / (index + 1)) ** 2 * 2 * level
+
+
 def imported(blender, importer, path):
     """The inputs of the Principled BSDF that an importer makes of a file."""
     blender.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -101,7 +106,8 @@ def test_gltf_has_the_fitted_principled(blender, gltf, material, tmp_path, name)
     assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
     assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
     assert surface["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
-    assert surface["Specular IOR Level"] == pytest.approx(close.specular_level, abs=EXACT)
+    assert highlight(surface["IOR"], surface["Specular IOR Level"]) == pytest.approx(0.08 * close.specular_level,
+                                                                                     abs=EXACT)
     assert surface["Sheen Weight"] == close.sheen_weight
     if close.sheen_weight:
         assert surface["Sheen Tint"] == pytest.approx(close.sheen_tint, abs=EXACT)
@@ -127,7 +133,11 @@ def test_usd_has_the_fitted_preview_surface(blender, material, tmp_path, name):
     close = FIT[name]
     update(material, close)
     blender.ops.wm.usd_export(filepath=str(tmp_path / "a.usda"))
-    assert 'info:id = "UsdPreviewSurface"' in (tmp_path / "a.usda").read_text()
+    text = (tmp_path / "a.usda").read_text()
+    assert 'info:id = "UsdPreviewSurface"' in text
+    # the specification has no level of highlights beside the index
+    assert highlight(float(re.search(r"float inputs:ior = (.*)", text)[1])) == pytest.approx(
+        0.08 * close.specular_level, abs=EXACT)
     surface = imported(blender, blender.ops.wm.usd_import, tmp_path / "a.usda")
     assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
     assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
@@ -161,6 +171,8 @@ def test_materialx_has_the_fitted_surface(blender, material, tmp_path, name):
     assert number("coat_weight") == pytest.approx(close.coat_weight, abs=EXACT)
     assert number("fuzz_weight") == close.sheen_weight
     assert number("geometry_opacity") == 1
+    assert number("specular_weight") == pytest.approx(2 * close.specular_level, abs=EXACT)
+    assert number("specular_ior") == 1.5
     if close.sheen_weight:
         assert color("fuzz_color") == pytest.approx(close.sheen_tint, abs=EXACT)
 
@@ -208,6 +220,23 @@ def test_renderers_keep_their_outputs(blender, material):
     assert len(outputs(material)) == 3
 
 
+def test_a_level_that_a_user_has_set_or_disconnected_stays(blender, material):
+    from measured_brdf.addon.core.shading import export_surface
+
+    update(material, CLOTH)
+    tree = material.node_tree
+    tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value = 0.2
+    update(material, CAR)
+    assert tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value == pytest.approx(0.2)
+    level = tree.nodes[export_surface.EXPORT_NAME].inputs["Specular IOR Level"]
+    assert highlight(tree.nodes[export_surface.EXPORT_NAME].inputs["IOR"].default_value) == pytest.approx(0.08 * 0.2)
+    tree.links.remove(level.links[0])
+    level.default_value = 0.7
+    update(material, CLOTH)
+    assert not level.is_linked
+    assert level.default_value == pytest.approx(0.7)
+
+
 def test_another_fit_changes_the_same_nodes(blender, material):
     update(material, CLOTH)
     names = sorted(node.name for node in material.node_tree.nodes)
@@ -241,7 +270,7 @@ def test_what_a_user_has_changed_outlives_another_fit(material):
     from measured_brdf.addon.core.shading import export_surface
 
     update(material, CLOTH)
-    node = material.node_tree.nodes[export_surface.NAME]
+    node = material.node_tree.nodes[export_surface.EXPORT_NAME]
     node.inputs["Roughness"].default_value = 0.9
     for close in (CAR, CLOTH, CAR):
         update(material, close)
@@ -256,7 +285,7 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
     from measured_brdf.addon.core.shading import export_surface
 
-    made = blender.context.object.active_material.node_tree.nodes[export_surface.NAME]
+    made = blender.context.object.active_material.node_tree.nodes[export_surface.EXPORT_NAME]
     expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}
     color = list(made.inputs["Base Color"].default_value)
     assert max(color[:3]) > 0.05
@@ -324,9 +353,9 @@ def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_pat
     blender.ops.wm.usd_export(filepath=str(tmp_path / "a.usda"), generate_materialx_network=True)
     text = (tmp_path / "a.usda").read_text()
     # formats without a colour of highlights have how bright they are
-    assert float(re.search(r"float inputs:specular = (.*)", text)[1]) == pytest.approx(
-        CLOTH.specular_level * STRENGTH * TINT.max(), abs=EXACT)
-    assert f"Ks {CLOTH.specular_level * STRENGTH * TINT.max():.6f}" in (tmp_path / "a.mtl").read_text()
+    indices = [float(re.search(f"{mark}(.*)", form)[1]) for mark, form in (
+        ("float inputs:ior = ", text), ("Ni ", (tmp_path / "a.mtl").read_text()))]
+    assert highlight(np.array(indices)) == pytest.approx(0.08 * CLOTH.specular_level * STRENGTH * TINT.max(), abs=EXACT)
     for name in ("diffuseColor", "base_color"):
         color = re.search(rf"color3f inputs:{name} = \((.*)\)", text)
         assert [float(part) for part in color[1].split(",")] == pytest.approx(expected, abs=EXACT)
@@ -365,11 +394,13 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
     from measured_brdf.addon.core.shading import export_surface
 
     update(material, CAR)
-    node, export = group(material), material.node_tree.nodes[export_surface.NAME]
+    node, export = group(material), material.node_tree.nodes[export_surface.EXPORT_NAME]
     node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
     follow(material)
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx(TINT * STRENGTH, abs=EXACT)
-    assert export.inputs["Specular IOR Level"].default_value == pytest.approx(CAR.specular_level)
+    assert highlight(export.inputs["IOR"].default_value) == pytest.approx(0.08 * CAR.specular_level)
+    level = material.node_tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0]
+    assert level.default_value == pytest.approx(CAR.specular_level)
     node.inputs["Strength"].default_value = 0
     follow(material)
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx((0, 0, 0), abs=EXACT)
@@ -383,7 +414,7 @@ def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, mater
     tree, node = material.node_tree, group(material)
     node.inputs["Tint"].default_value = (0.5, 0.5, 0.5, 1)
     follow(material)
-    assert export_surface.losses(material) == [], "grey highlights are in all files"
+    assert [line.split(" as ")[0] for line in export_surface.losses(material)] == ["In FBX highlights are"]
     node.inputs["Tint"].default_value = (*TINT, 1)
     texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
     normal.inputs["Strength"].default_value = 0.75
@@ -414,7 +445,7 @@ def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
     assert [image.name for image in blender.data.images] == ["checker"]
     from measured_brdf.addon.core.shading import export_surface
 
-    export = material.node_tree.nodes[export_surface.NAME]
+    export = material.node_tree.nodes[export_surface.EXPORT_NAME]
     assert export.inputs["Base Color"].default_value[:3] == pytest.approx(CLOTH.base_color, abs=EXACT)
 
 
@@ -479,6 +510,43 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     seen = capfd.readouterr().out
     blender.context.preferences.addons.remove(added)
     assert all(f"WARNING: {material.name}: {line}" in seen for line in told)
+
+
+def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(blender, material, tmp_path):
+    from measured_brdf.addon.core.shading import export_surface
+
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    update(material, CLOTH)
+    texture = image_node(blender, material, "checker", CHECKER)
+    material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+    follow(material)
+
+    def written(name):
+        blender.ops.wm.obj_export(filepath=str(tmp_path / "out" / f"{name}.obj"), path_mode="COPY")
+        named = re.search(r"map_Kd (.*)", (tmp_path / "out" / f"{name}.mtl").read_text())[1]
+        return (tmp_path / "out" / named).is_file()
+
+    (tmp_path / "out").mkdir()
+    told = [line for line in export_surface.losses(material) if "Unpack Resources" in line]
+    assert (len(told), written("packed")) == (1, False)
+    blender.ops.file.unpack_all(method="USE_LOCAL")
+    assert not any("Unpack Resources" in line for line in export_surface.losses(material))
+    assert written("unpacked")
+
+
+def test_scripts_ask_what_is_lost(blender, material, capfd, monkeypatch):
+    from measured_brdf.addon.core.shading import export_surface
+
+    update(material, CLOTH)
+    monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
+    blender.ops.measured_brdf.check_export()
+    assert "Warning" not in capfd.readouterr().out
+    noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
+    material.node_tree.links.new(noise.outputs[0], group(material).inputs["Tint"])
+    follow(material)
+    blender.ops.measured_brdf.check_export()
+    line, = export_surface.losses(material)
+    assert f"Warning: {material.name}: {line}" in capfd.readouterr().out
 
 
 def test_it_is_told_where_another_output_is_exported(blender, material):

@@ -27,7 +27,7 @@ def making(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
         raise ValueError("no more")
 
     def break_last_step():
-        monkeypatch.setattr(module, "_replaced", fail)
+        monkeypatch.setattr(module, "_finish_replacement", fail)
 
     return SimpleNamespace(module=module, given=given, other=other, break_last_step=break_last_step)
 
@@ -79,3 +79,16 @@ def test_one_without_nodes_holds_nothing(blender, extension):
     material = bpy.data.materials.new("Plain")
     assert extension.addon.core.shading.material.group_nodes(material) == []
     assert not extension.addon.core.shading.material.is_shown(material)
+
+
+def test_who_makes_a_material_knows_no_lamps_and_whoever_follows_is_told(making, monkeypatch):
+    from measured_brdf.addon.core import lamps
+    from measured_brdf.addon.core.blender import followers
+
+    assert "lamps" not in vars(making.module)
+    told = []
+    monkeypatch.setattr(followers, "followers", [*followers.followers, told.append])
+    monkeypatch.setattr(lamps, "update", lambda depsgraph: told.append("lamps"))
+    making.module.create(*making.given)
+    assert told[-2] == "lamps"
+    assert isinstance(told[-1], bpy.types.Depsgraph)

@@ -5,7 +5,7 @@ import pytest
 
 @pytest.fixture
 def compact(extension):
-    return extension.addon.core.shading.bytecode.compact
+    return extension.addon.core.shading.compiler.compact
 
 
 COMPILED = """OpenShadingLanguage 1.00

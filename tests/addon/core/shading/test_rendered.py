@@ -92,7 +92,7 @@ def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
     from measured_brdf.addon.core.shading import material as materials
 
-    assert materials.rendering_of(material) == choice
+    assert materials.get_rendering(material) == choice
 
 
 @pytest.mark.parametrize("device", quick(["HIP", "METAL", "ONEAPI", "CUDA"], "METAL"))
@@ -207,11 +207,11 @@ def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
     ("NODES", 0.01, "Cycles has no OSL on CUDA devices", False, "Nodes: no OSL here"),
     ("OTHER", 1.0, "", False, "Not connected to the output")])
 def test_the_rendering_in_four_words(how, error, why, can_enable, words):
-    from measured_brdf.addon.core.shading.rendered import Rendered, in_words
+    from measured_brdf.addon.core.shading.rendered import Rendered, rendering_words
 
     found = Rendered(how, error, error, why, can_enable)
-    assert in_words(found) == words
-    assert in_words(found, is_previewed=True) == ("Exact on final renders" if how == "EXACT" else words)
+    assert rendering_words(found) == words
+    assert rendering_words(found, is_previewed=True) == ("Exact on final renders" if how == "EXACT" else words)
 
 
 IN_EEVEE = f"""
@@ -314,7 +314,7 @@ def test_a_script_that_names_fast_gets_nodes(scene, imported):
     from measured_brdf.addon.core.shading import material as materials
 
     material = imported("FAST")
-    assert material.measured_brdf.rendering == materials.rendering_of(material) == "NODES"
+    assert material.measured_brdf.rendering == materials.get_rendering(material) == "NODES"
     assert material.measured_brdf.bl_rna.properties["rendering"].enum_items["FAST"].value > 2, "the others keep theirs"
 
 

@@ -231,6 +231,25 @@ def test_each_view_layer_is_rendered_with_its_own_lamps(blender, lamps, scene):
     assert seen == {layers[0].name: [1], "Second": [2]}
 
 
+@pytest.mark.parametrize("kind", ["POINT", "SUN", "AREA"])
+def test_a_lamp_is_as_strong_as_its_exposure_makes_it(blender, lamps, scene, kind):
+    tree = lamps.node_tree()
+    use(blender, tree)
+    light = add_lamp(kind, 10).data
+    if not hasattr(light, "exposure"):
+        pytest.skip("lamps have no exposure in this Blender")
+    blender.context.view_layer.update()
+    ((*_, before),) = known(tree)
+    light.exposure = 3
+    blender.context.view_layer.update()
+    assert known(tree)[0, 4] == pytest.approx(8 * before)
+    linear(light, "exposure", (1, 0), (11, 10))
+    blender.context.view_layer.update()
+    for frame in (1, 6):
+        scene.frame_set(frame)
+        assert known(tree)[0, 4] == pytest.approx(2 ** (frame - 1) * before)
+
+
 def test_a_renamed_lamp_is_followed_on(blender, lamps, scene):
     tree = lamps.node_tree()
     use(blender, tree)

@@ -3,23 +3,24 @@
 import numpy as np
 
 from fitter.cycles.principled import albedo as albedo_of
-from fitter.imaging import pictures
+from fitter.imaging import pictures, plane_plot
 from fitter.imaging.plane_plot import Plotted
 from fitter.quality import physics
 from fitter.samples import RGB, Samples
 from support.anisotropic import brushed_fit, rotations
+from support.lamp_spheres import reflected_by_lamps
 
 FIT = brushed_fit()
 
 
-def test_a_lit_sphere_has_its_tangent_about_the_vertical_axis():
+def test_a_sphere_under_a_lamp_has_its_tangent_about_the_vertical_axis():
     """One pixel at a time, with angles from vectors."""
     light = np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8])
     random = np.random.default_rng(3)
     normals = random.standard_normal((40, 3))
     normals[:, 2] = np.abs(normals[:, 2])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    radiance = pictures.reflected(FIT, normals, light)
+    radiance = reflected_by_lamps(FIT, normals, [(light, 1 / np.pi)])
     for n, value in zip(normals, radiance, strict=True):
         t = np.cross([0, 1, 0], n)
         t /= np.linalg.norm(t)
@@ -39,7 +40,7 @@ def test_the_tangent_is_drawn_on_anisotropic_spheres_alone():
 
 def test_the_turned_plane_shows_the_light_from_every_azimuth():
     size, theta_i = 36, 0.6
-    picture = pictures.turned_plane(FIT, theta_i, size)
+    picture = plane_plot.turned_plane(FIT, theta_i, size)
     expected = np.empty((size, size, 3))
     for row in range(size):
         for column in range(size):
@@ -53,7 +54,7 @@ def test_the_turned_plane_shows_the_light_from_every_azimuth():
 def test_the_polar_plot_shows_the_samples_of_its_azimuth():
     directions = rotations(4)
     samples = Samples(*directions, FIT.evaluate(*directions), RGB, isotropic=False)
-    ways = [pictures.polar_plot([Plotted(FIT)], samples, np.radians(30), 96, phi_i)[0] for phi_i in (0.0, np.pi / 2)]
+    ways = [plane_plot.polar_plot([Plotted(FIT)], samples, np.radians(30), 96, phi_i)[0] for phi_i in (0.0, np.pi / 2)]
     assert np.abs(ways[0] - ways[1]).max() > 0.3
 
 

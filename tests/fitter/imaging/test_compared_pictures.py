@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fitter.imaging import pictures
+from fitter.imaging import pictures, plane_plot
 from fitter.imaging.drawing import BACKGROUND, INK, Canvas
 from fitter.imaging.lobe import plane_curve
 from fitter.imaging.plane_plot import PAIR, Plotted
@@ -51,7 +51,7 @@ def test_pictures_of_two_sizes_are_not_joined():
 
 def compared(first, second, theta_i, size, phi_i=0.0, space="Rec.709"):
     """The plot of two materials."""
-    return pictures.polar_plot([Plotted(first), Plotted(second, space)], None, theta_i, size, phi_i)[0]
+    return plane_plot.polar_plot([Plotted(first), Plotted(second, space)], None, theta_i, size, phi_i)[0]
 
 
 def drawn(picture, x, y, color):
@@ -66,7 +66,7 @@ def luminance(colour):
 
 def test_both_curves_are_cube_roots_of_luminance_from_one_origin_and_to_one_scale():
     size, theta_i = 400, math.radians(35)
-    picture, disc = compared(RED, BLUE, theta_i, size), pictures.picture_disc(size)
+    picture, disc = compared(RED, BLUE, theta_i, size), plane_plot.picture_disc(size)
 
     def value(material, theta):                     # theta beyond the normal, seen from the light
         lobe = max(math.cos(theta - theta_i), 0) ** material.power
@@ -111,7 +111,7 @@ def test_a_wider_space_has_its_own_luminance():
 
 @pytest.mark.parametrize("string", ["0123456789", "-1.2e+09/", "90\u00b0", "1/sr"])
 def test_text_is_as_wide_as_it_says_and_stands_on_its_base_line(string):
-    canvas = Canvas(128)
+    canvas = Canvas(np.full((128, 128, 4), BACKGROUND, np.float32))
     width = canvas.text(string, (64.0, 40.0), 12.0, INK, 0.5)
     inked = np.argwhere(np.abs(canvas.picture[..., 0] - BACKGROUND[0]) > 0.15)
     (low, left), (high, right) = inked.min(axis=0), inked.max(axis=0)

@@ -64,9 +64,9 @@ def test_a_file_keeps_relative_paths_wherever_it_is_saved(paths, material, folde
     assert (material.measured_brdf.filepath, missing.measured_brdf.filepath) == (file, missing_file)
     save(scenes / "a.blend")
     assert material.measured_brdf.filepath == "//../data/glossy.astm"
-    paths._before_saving("")                # as Blender calls it for its startup file
+    paths._on_saving("")                    # as Blender calls it for its startup file
     assert material.measured_brdf.filepath == file
-    paths._after_saving("")
+    paths._on_saved("")
     save(folder / "elsewhere" / "copy.blend", copy=True)
     assert material.measured_brdf.filepath == "//../data/glossy.astm"
     for saved, expected in ((folder / "copy.blend", "//work/data/glossy.astm"), (scenes / "a.blend", None),

@@ -101,7 +101,7 @@ def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extens
     scene.update_tag()
     blender.context.view_layer.update()
     depsgraph = blender.context.evaluated_depsgraph_get()
-    (position, size, _), = extension.addon.core.lamps.in_scene(depsgraph)
+    (position, size, *_), = extension.addon.core.lamps.list_lamps(depsgraph)
     assert apart(position, rendered(scene)) < math.radians(2)
     assert -size == pytest.approx(DISK, abs=math.radians(0.8))
 
@@ -117,7 +117,7 @@ def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_
         return pixels
 
     def found():
-        return [spot.direction for spot in extension.addon.core.lamps.world_lights._in_image(image)]
+        return [spot.direction for spot in extension.addon.core.lamps.world_lights._image_spots(image)]
 
     path = tmp_path / "sky.exr"
     save(5)
@@ -167,9 +167,9 @@ def test_an_image_that_is_not_there_or_has_tiles_has_no_spot(blender, extension,
     pixels[16, 5] = 1000
     image.pixels.foreach_set(pixels.ravel())
     if kind == "missing":
-        assert len(extension.addon.core.lamps.world_lights._in_image(image)) == 1
+        assert len(extension.addon.core.lamps.world_lights._image_spots(image)) == 1
         image.source, image.filepath = "FILE", "//nowhere.exr"
-    assert extension.addon.core.lamps.world_lights._in_image(image) == []
+    assert extension.addon.core.lamps.world_lights._image_spots(image) == []
 
 
 def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):
@@ -179,5 +179,5 @@ def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, 
     images = [blender.data.images.new("Sky", 64, 32, float_buffer=True) for _ in range(2)]
     for _ in range(3):
         for image in images:
-            sky._in_image(image)
+            sky._image_spots(image)
     assert len(looked) == 2

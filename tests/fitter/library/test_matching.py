@@ -10,7 +10,7 @@ from fitter.library.matching import find_nearest
 from fitter.model import is_isotropic, published
 from support.cases import quick, release
 from support.checkout import measurements
-from tests.fitter.test_studio import by_random_directions
+from tests.fitter.imaging.test_studio import by_random_directions
 
 SIZE = 32
 ROUND = {"left": (-0.8, 0.35, 0.5), "right": (0.8, 0.2, 0.55), "above": (0.1, 0.85, 0.5)}

@@ -83,32 +83,32 @@ def scene(blender):
 def test_the_object_and_the_face_under_the_mouse_are_found(scene, targets, perspective):
     data = looking_down(perspective)
     for name, point, slot in (("left", (-2.3, 0.2, 1), 0), ("right", (2.1, -0.4, 1), 2)):
-        target = targets.under_mouse(*context_and_event(data, point))
+        target = targets.find_under_mouse(*context_and_event(data, point))
         assert target == (scene.data.objects[name].session_uid, slot)
-    assert targets.under_mouse(*context_and_event(data, (0, 0, 1))) is None
+    assert targets.find_under_mouse(*context_and_event(data, (0, 0, 1))) is None
 
 
 def test_an_object_before_the_view_position_of_an_orthographic_view_is_found(scene, targets):
     """Orthographic views show what is behind their position, too; through a camera they do not."""
     low = looking_down(False, height=-50)
-    assert targets.under_mouse(*context_and_event(low, (2, 0, 1))).slot == 2
+    assert targets.find_under_mouse(*context_and_event(low, (2, 0, 1))).slot == 2
     through_camera = looking_down(False, height=-50, kind="CAMERA")
-    assert targets.under_mouse(*context_and_event(through_camera, (2, 0, 1))) is None
+    assert targets.find_under_mouse(*context_and_event(through_camera, (2, 0, 1))) is None
     above = looking_down(False, height=5, kind="CAMERA")
-    assert targets.under_mouse(*context_and_event(above, (2, 0, 1))).slot == 2
+    assert targets.find_under_mouse(*context_and_event(above, (2, 0, 1))).slot == 2
 
 
 def test_the_nearest_is_meant_and_what_is_drawn_as_wires_is_seen_through(scene, targets):
     above = cube("above", (2, 0, 4))
     data = looking_down(perspective=False)
-    assert targets.under_mouse(*context_and_event(data, (2, 0, 5))).item == above.session_uid
+    assert targets.find_under_mouse(*context_and_event(data, (2, 0, 5))).item == above.session_uid
     above.display_type = "WIRE"
     scene.context.view_layer.update()
-    target = targets.under_mouse(*context_and_event(data, (2, 0, 5)))
+    target = targets.find_under_mouse(*context_and_event(data, (2, 0, 5)))
     assert target == (scene.data.objects["right"].session_uid, 2)
     above.display_type, above.hide_viewport = "TEXTURED", True
     scene.context.view_layer.update()
-    assert targets.under_mouse(*context_and_event(data, (2, 0, 5))) == target
+    assert targets.find_under_mouse(*context_and_event(data, (2, 0, 5))) == target
 
 
 def test_a_collections_instance_means_the_object_that_it_shows(scene, targets):
@@ -119,7 +119,7 @@ def test_a_collections_instance_means_the_object_that_it_shows(scene, targets):
     empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", group, (2, 3, 0)
     scene.context.scene.collection.objects.link(empty)
     scene.context.view_layer.update()
-    target = targets.under_mouse(*context_and_event(looking_down(), (0, 3, 1)))
+    target = targets.find_under_mouse(*context_and_event(looking_down(), (0, 3, 1)))
     assert target.item == inner.session_uid
 
 
@@ -139,13 +139,13 @@ def test_a_text_and_a_turned_object_with_modifiers_have_faces_too(scene, targets
     text.to_mesh_clear()
     no_texts = bpy.app.version < (4, 3)         # there, rays meet no texts
     for item, point, slot in ((turned, (0.3, 3.2, 1), 1), (text, letter, 0)):
-        target = targets.under_mouse(*context_and_event(looking_down(), point))
+        target = targets.find_under_mouse(*context_and_event(looking_down(), point))
         assert target == (None if item == text and no_texts else (item.session_uid, slot))
 
 
 def test_what_lies_over_the_viewport_hides_it(scene, targets):
     sidebar = SimpleNamespace(type="UI", x=50, y=60, width=WIDTH, height=HEIGHT)
-    assert targets.under_mouse(*context_and_event(looking_down(), (2, 0, 1), others=[sidebar])) is None
+    assert targets.find_under_mouse(*context_and_event(looking_down(), (2, 0, 1), others=[sidebar])) is None
 
 
 def test_a_drop_is_assigned_to_the_slot_under_the_mouse_also_when_all_else_changes_meanwhile(scene, targets, file):
