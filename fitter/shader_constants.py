@@ -135,9 +135,8 @@ RESIDUAL_EXPONENT = 1e6
 LEAST_COLOUR = 0.01
 # Its least closure weight: Cycles drops closures below 1e-5.
 LEAST_WEIGHT = 2e-4
-# Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
-# lamp.
-CONE_EXPONENT = 2.4
+# Radius of the cone in which directions are sampled about a lamp, in that of its lobe.
+CONE_REACH = 1.0
 # Share of the sampled directions that are taken about a lamp of no size.
 LEAST_LAMP_SHARE = 0.3
 # The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there. Every sample has a

@@ -61,14 +61,6 @@ int max_light_lobes(int closure_limited)
   return closure_limited ? CLOSURE_LIMITED_LOBES : MAX_LOBES;
 }
 
-/* Directions about the lamps that are not small. About each, the density is in proportion to
- * cos(angle from its middle) ^ exponent: it follows the lamp's lobe, which reaches beyond its edge. */
-
-float cone_exponent(float radius)
-{
-  return CONE_EXPONENT * lobe_exponent(radius);
-}
-
 /* The radius of the largest lamp, and 0 if all are small. */
 float largest_radius(LampList lamps)
 {
@@ -112,10 +104,16 @@ float visible_lamp_fraction(LampList lamps, vector w, output float solid_angle)
   return above;
 }
 
+/* The cosine of the radius of the cone about a lamp in which directions are sampled evenly: CONE. */
+float cone_cosine(float radius)
+{
+  return cos(CONE_REACH * lobe_radius(radius));
+}
+
 /* A direction about a lamp. It may be below the horizon. */
 vector sample_cone(vector axis, float radius, point seed)
 {
-  float z = pow(1.0 - random(seed, RANDOM_CONE_HEIGHT), 1.0 / (cone_exponent(radius) + 1.0));
+  float z = 1.0 - random(seed, RANDOM_CONE_HEIGHT) * (1.0 - cone_cosine(radius));
   return spherical_direction(axis, z, M_2PI * random(seed, RANDOM_CONE_AZIMUTH));
 }
 
@@ -126,9 +124,11 @@ float pdf_lamps(LampList lamps, vector w)
   float light = 0.0;
   for (int i = 0; i < lamps.count; i++) {
     if (lamps.radius[i] >= SMALL_LAMP_RADIUS) {
-      float exponent = cone_exponent(lamps.radius[i]);
       light += lamps.light[i];
-      pdf += lamps.light[i] * (exponent + 1.0) / M_2PI * pow(max(dot(w, lamps.direction[i]), 0.0), exponent);
+      float cosine = cone_cosine(lamps.radius[i]);
+      if (dot(w, lamps.direction[i]) > cosine) {
+        pdf += lamps.light[i] / (M_2PI * (1.0 - cosine));
+      }
     }
   }
   return pdf / light;

@@ -69,12 +69,12 @@ struct Carried {
 
 /* What is left in the sampled direction besides the mixture and the lobes.
  *
- * Toward a known lamp it corrects what they show. Where that is little, the lobe of the lamp takes it, evenly over the
- * lamp: its mean is right, without noise. Else a direction takes away no more than a share of what is shown, and is
+ * Toward a known lamp it corrects what they show. A direction takes away no more than a share of what is shown, and is
  * followed as often as the correction is large in the channel that loses most, so that no sample takes away more than
  * others show of the whole lamp; on bright surfaces, whose weights leave no room for that in the denoiser's albedo, a
- * few times as much. Elsewhere it takes nothing away, as a direction that meets a light by chance would leave a black
- * pixel: what the mixture has above the fit is given less of what is left instead. */
+ * few times as much. A small correction, and what a direction may not take away, is given to the lobe of the lamp, evenly
+ * over the lamp: its mean is right. Elsewhere a direction takes nothing away, as one that meets a light by chance would
+ * leave a black pixel: what the mixture has above the fit is given less of what is left instead. */
 Carried carry_residual(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, ResidualPlan plan,
                        output LightLobes lobes)
 {
@@ -94,16 +94,15 @@ Carried carry_residual(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampLi
   float above = visible_lamp_fraction(lamps, wi, solid_angle);
   if (above > 0.0) {
     color shown = all.mixed[last] + lobed;
-    value = max(value, -MOST_CORRECTED * above * shown);
-    if (channel_sum(fabs(value)) < SMALL_CORRECTION * channel_sum(shown) &&
-        spread_over_lamp(lamps, wi, value / pdf, lobes)) {
-      value = 0.0;
-    }
     /* what other samples show of the whole lamp, in the mean */
     color whole = shown * (solid_angle * pdf);
     carried.corrected = min(max(largest(-value / whole),
                                 channel_sum(fabs(value)) / max(channel_sum(whole), LEAST_WEIGHT)), 1.0);
-    value = max(value, -carried.corrected * whole);
+    int is_small = channel_sum(fabs(value)) < SMALL_CORRECTION * channel_sum(shown);
+    color followed = is_small ? color(0.0) : max(value, -min(carried.corrected * whole, MOST_CORRECTED * above * shown));
+    if (followed == value || spread_over_lamp(lamps, wi, (value - followed) / (pdf * above), lobes) || !is_small) {
+      value = followed;
+    }
   }
   else {
     value = mixture.balance * max(all.residual[last], 0.0) - lobed;

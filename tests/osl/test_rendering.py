@@ -268,9 +268,9 @@ def test_in_a_room_of_it_the_mixture_has_the_light_of_the_fit(blender, fits, mat
     assert means[0] == pytest.approx(means[1], rel=0.01)
 
 
-def radiance_of_lamp(fit, polar, half_side, is_inside, power):
-    """What is seen at a polar angle of a flat lamp in the mirror direction, 5 away and facing the point, by a sum over
-    400 x 400 places of the square about it."""
+def radiance_of_lamp(fit, seen_at, polar, half_side, is_inside, power):
+    """What is seen at an angle of a flat lamp at a polar angle on the other side, 5 away and facing the point, by a sum
+    over 400 x 400 places of the square about it."""
     steps = ((np.arange(400) + 0.5) / 200 - 1) * half_side
     across, up = (each.ravel() for each in np.meshgrid(steps, steps))
     middle, upward = np.array([math.sin(polar), 0, math.cos(polar)]), np.array([-math.cos(polar), 0, math.sin(polar)])
@@ -278,29 +278,33 @@ def radiance_of_lamp(fit, polar, half_side, is_inside, power):
     toward = toward[is_inside(across, up)]
     distance = np.linalg.norm(toward, axis=1)
     toward /= distance[:, None]
-    value = fit.evaluate(np.arccos(toward[:, 2]), np.arctan2(toward[:, 1], toward[:, 0]), polar, math.pi)
+    value = fit.evaluate(np.arccos(toward[:, 2]), np.arctan2(toward[:, 1], toward[:, 0]), seen_at, math.pi)
     form = toward[:, 2] * (toward @ middle) / distance**2
     return (np.maximum(value, 0) * form[:, None]).mean(axis=0) * power / math.pi
 
 
-@pytest.mark.parametrize(("shape", "degrees"), quick(
-    [("SQUARE", 45), ("DISK", 45), ("SQUARE", 70)], ("SQUARE", 45)))
-def test_the_highlight_under_an_area_lamp_is_that_of_numerical_integration(blender, krylon, shape, degrees):
-    """In each channel. A correction that was left out where it is small took 2 % of krylon's green here."""
-    polar = math.radians(degrees)
+@pytest.mark.parametrize(("preset", "shape", "seen_at", "polar"), quick(
+    [("Standard", "SQUARE", 45, 45), ("Standard", "DISK", 45, 45), ("Standard", "SQUARE", 70, 70),
+     ("Paper", "SQUARE", 75, 60)], ("Standard", "SQUARE", 45, 45), ("Paper", "SQUARE", 75, 60)))
+def test_an_area_lamp_has_the_light_of_numerical_integration(blender, fits, krylon, preset, shape, seen_at, polar):
+    """Within .4 % in each channel, 1 % at grazing angles. Corrections that were left out where they are small took 2 % of
+    krylon's green in the highlight; what a sampled direction may not take away was 11 % too much blue at grazing angles.
+    """
+    fit = krylon if preset == "Standard" else fits["krylon"]
+    seen_at, polar = math.radians(seen_at), math.radians(polar)
     scene = black_scene(32, 32, 256, span=0.01)
     scene.cycles.max_bounces = 0
-    scene.camera.location = -10 * math.sin(polar), 0, 10 * math.cos(polar)
+    scene.camera.location = -10 * math.sin(seen_at), 0, 10 * math.cos(seen_at)
     scene.camera.rotation_euler = rotation_toward(scene.camera.location, (0, 0, 0))
     bpy.ops.mesh.primitive_plane_add(size=8)
-    bpy.context.object.data.materials.append(osl_material_for(krylon))
+    bpy.context.object.data.materials.append(osl_material_for(fit))
     at = 5 * np.array([math.sin(polar), 0, math.cos(polar)])
     add_lamp("AREA", 300, at, rotation_toward(at, (0, 0, 0)), shape=shape, size=2)
     found = render(scene)[..., :3].mean(axis=(0, 1))
     inside = {"SQUARE": lambda x, y: x == x, "DISK": lambda x, y: x * x + y * y < 1}[shape]
-    ratio = found / radiance_of_lamp(krylon, polar, 1, inside, 300)
-    print(f"{shape}, {degrees} degrees: rendered / integrated = {ratio}")
-    assert ratio == pytest.approx([1, 1, 1], abs=0.003)
+    ratio = found / radiance_of_lamp(fit, seen_at, polar, 1, inside, 300)
+    print(f"{shape}, lamp at {polar:.2f}, seen at {seen_at:.2f}: rendered / integrated = {ratio}")
+    assert ratio == pytest.approx([1, 1, 1], abs=0.004 if preset == "Standard" else 0.01)
 
 
 @pytest.mark.parametrize("material", quick(["foil", "krylon"], "krylon"))
