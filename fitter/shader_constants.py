@@ -135,13 +135,10 @@ RESIDUAL_EXPONENT = 1e6
 LEAST_COLOUR = 0.01
 # Its least closure weight: Cycles drops closures below 1e-5.
 LEAST_WEIGHT = 2e-4
-# Radius of the cone in which directions are sampled about a lamp, in that of its lobe.
-CONE_REACH = 1.0
 # Share of the sampled directions that are taken about a lamp of no size.
 LEAST_LAMP_SHARE = 0.3
 # The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there. Every sample has a
-# direction then: at the lamp's edge the density is a third of that in its middle, and what a direction takes away is
-# bounded by it.
+# direction then, as what one takes away is bounded by its density.
 LARGE_LAMP_RADIUS = 0.06
 LARGE_LAMP_SHARE = 0.7
 # Share of the albedo that the weights of sampled directions are at least in the mean.

@@ -104,16 +104,10 @@ float visible_lamp_fraction(LampList lamps, vector w, output float solid_angle)
   return above;
 }
 
-/* The cosine of the radius of the cone about a lamp in which directions are sampled evenly: CONE. */
-float cone_cosine(float radius)
-{
-  return cos(CONE_REACH * lobe_radius(radius));
-}
-
-/* A direction about a lamp. It may be below the horizon. */
+/* A direction about a lamp, evenly in the cone where its lobe is flat. It may be below the horizon. */
 vector sample_cone(vector axis, float radius, point seed)
 {
-  float z = 1.0 - random(seed, RANDOM_CONE_HEIGHT) * (1.0 - cone_cosine(radius));
+  float z = 1.0 - random(seed, RANDOM_CONE_HEIGHT) * (1.0 - cos(lobe_radius(radius)));
   return spherical_direction(axis, z, M_2PI * random(seed, RANDOM_CONE_AZIMUTH));
 }
 
@@ -125,7 +119,7 @@ float pdf_lamps(LampList lamps, vector w)
   for (int i = 0; i < lamps.count; i++) {
     if (lamps.radius[i] >= SMALL_LAMP_RADIUS) {
       light += lamps.light[i];
-      float cosine = cone_cosine(lamps.radius[i]);
+      float cosine = cos(lobe_radius(lamps.radius[i]));
       if (dot(w, lamps.direction[i]) > cosine) {
         pdf += lamps.light[i] / (M_2PI * (1.0 - cosine));
       }
