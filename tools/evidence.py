@@ -33,6 +33,7 @@ _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
 _WINDOW = "addon", "tools/window"
 _OF_BALLS = (*FITS, *(f"fitter/photographs/{room}" for room in ("ball", "description", "pictures", "rig")),
+             "fitter/imaging/picture_files.py",
              "benchmarks/photographs.py", "benchmarks/report/baselines/ggx.py", "support/ball_scene.py")
 _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window` looks for it
 
@@ -89,7 +90,7 @@ ENTRIES = {
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
     "flat": Entry("python -m benchmarks.flat", ("flat", "flat-real"), (
-        *FITS, "fitter/photographs", "fitter/quality/coverage.py",
+        *FITS, "fitter/photographs", "fitter/imaging/picture_files.py", "fitter/quality/coverage.py",
         "benchmarks/flat.py", "benchmarks/flat_methods.py", "benchmarks/flat_real.py", "benchmarks/photographs.py",
         "support/flat_files.py", "support/flat_scene.py")),
     "scale": Entry("python -m benchmarks.scale", ("scale-convert", "scale-scene"), (

@@ -15,6 +15,7 @@ from ...fitter import DatasetError, Fit, FlatPhotograph, load, maps_from_flat, p
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.formats import saved_samples
+from ...fitter.imaging.picture_files import PictureInfo, read_picture_info
 from ...fitter.photographs.ball import measuring
 from ...fitter.photographs.ball.advice import report_ball
 from ...fitter.photographs.capture import Resolved, resolve
@@ -25,7 +26,6 @@ from ...fitter.photographs.flat.maps import check_materials
 from ...fitter.photographs.flat.reading import read_sample
 from ...fitter.photographs.flat.tiling import cut_tile, tile_size
 from ...fitter.photographs.pictures.light import Light
-from ...fitter.photographs.pictures.picture_files import PictureInfo, read_picture_info
 from ...fitter.photographs.pictures.reading import Pictures
 from ..core.annotations import Arguments
 from ..core.storage.outcomes import EmbeddedFit, Outcome

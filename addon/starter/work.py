@@ -4,9 +4,9 @@ import numpy as np
 
 from ...fitter import DatasetError
 from ...fitter.colours import DEFAULT_COLOURS
+from ...fitter.imaging.picture_files import read_picture
 from ...fitter.library import matching, ready
 from ...fitter.model import published
-from ...fitter.photographs.pictures.picture_files import read_picture
 from ..core.annotations import Arguments
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks

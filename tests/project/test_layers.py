@@ -111,6 +111,14 @@ def test_modules_import_only_lower_layers():
     assert {path: imported for path, imported in wrong.items() if imported} == {}
 
 
+def test_photographs_can_be_taken_out():
+    """Nothing imports them but the command line, the public names and their slice of the add-on."""
+    importers = {path for path in SOURCES for imported in imports(path, (ROOT / path).read_text("utf-8"))
+                 if is_in("fitter/photographs", imported) and not path.startswith("fitter/photographs/")}
+    assert {path for path in importers if not path.startswith("addon/photographs/")} == {
+        "fitter/__init__.py", "fitter/cli.py"}
+
+
 def cycles(imported):
     """The modules that import themselves by way of others, for types too, of {module: modules that it imports}."""
     reached = {module: set(each) for module, each in imported.items()}

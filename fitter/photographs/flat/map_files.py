@@ -16,9 +16,9 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...errors import DatasetError, printable
+from ...imaging.picture_files import NEEDED
 from ...quality.physics import directional_albedo
 from ...storage.files import others_files, replace_folder
-from ..pictures.picture_files import NEEDED
 from ..rig.report import MeasurementReport, judge_left_out
 from ..rig.scale import SHARE_ANGLES, implausible_light
 from .advice import next_lamp

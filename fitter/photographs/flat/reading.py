@@ -8,9 +8,9 @@ import numpy as np
 
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError
+from ...imaging.picture_files import read_picture_info
 from ..description.capture_setup import MOST_TEXELS, CaptureSetup, SampleSetup
 from ..pictures.light import Light, same_pictures
-from ..pictures.picture_files import read_picture_info
 from ..pictures.reading import Part, Pictures, read_mask
 from ..rig.camera import CameraView, field_of_view, pixel_angle, rays_through
 from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps

@@ -27,7 +27,7 @@ class Exposure:
     """One photograph of several that differ in exposure."""
 
     pixels: FloatArray          # linear, 1 for white, where the camera is saturated: (height, width, channels)
-    exposure: float = 1.0       # time times sensitivity, in any unit: `camera_exposure`
+    exposure: float = 1.0       # time times sensitivity, in any unit: `picture_files.camera_exposure`
     step: FloatArray | float = 0.0      # of 1, between two values that the file can hold, of each or of all
 
 
@@ -57,20 +57,6 @@ def same_pictures(pictures: Sequence[RealArray], names: Sequence[str]) -> tuple[
         sums[before] == sums[number] and np.array_equal(pictures[before], picture) for before in range(number))]
     return () if not same else (f"{len(same)} of {len(pictures)} photographs repeat the picture of another one, "
                                 f"{names[same[0]]} for one: expected each under a lamp of its own",)
-
-
-def camera_exposure(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> float:
-    """The exposure of a photograph.
-
-    Examples
-    --------
-    >>> camera_exposure(1 / 50, 4), camera_exposure(1 / 200, 4, 400)
-    (0.00125, 0.00125)
-    """
-    if not (seconds > 0 and f_number > 0 and iso > 0):
-        raise DatasetError(f"an exposure of {seconds:g} s at f/{f_number:g} and ISO {iso:g} found, expected more than "
-                           f"0")
-    return seconds / f_number ** 2 * iso / 100
 
 
 def merge_exposures(exposures: Sequence[Exposure]) -> Light:

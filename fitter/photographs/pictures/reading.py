@@ -9,9 +9,9 @@ import numpy as np
 from ... import progress
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError, printable
+from ...imaging.picture_files import PictureFile, read_picture, read_picture_info
 from ..description.capture_setup import BallSetup, CaptureSetup, LampSetup, Lit, SampleSetup, Shot
 from .light import Exposure, Light, check_bright, divide_flat, merge_exposures, middle_part, subtract_dark
-from .picture_files import PictureFile, read_picture, read_picture_info
 
 _MASKED = 0.5               # of white
 _BAND = 1 << 20             # pixels that are merged at a time

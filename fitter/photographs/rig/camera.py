@@ -8,8 +8,8 @@ import numpy as np
 
 from ...arrays import ArrayLike, FloatArray
 from ...errors import DatasetError
+from ...imaging.picture_files import PictureFile, PictureInfo
 from ..description.capture_setup import CameraSetup
-from ..pictures.picture_files import PictureFile, PictureInfo
 from ..pictures.reading import WHOLE, Part
 
 _FAR_VIEW = np.radians(1.0)     # of one far away whose lens nobody knows: its rays are parallel, nearly

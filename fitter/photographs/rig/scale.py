@@ -11,9 +11,9 @@ import numpy as np
 
 from ...arrays import ArrayLike, FloatArray
 from ...errors import DatasetError
+from ...imaging.picture_files import read_picture_info
 from ...quality.albedo import DARKEST_SURFACE
 from ..description.capture_setup import Known, ScaleSetup
-from ..pictures.picture_files import read_picture_info
 from ..pictures.reading import Pictures
 from .lamps import FAR, LampPlace, MeasuredPlace, are_far, place_lamp
 

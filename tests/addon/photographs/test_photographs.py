@@ -288,7 +288,7 @@ def chosen(blender, written, tmp_path):
     """Pictures that were chosen in the file browser, without a description."""
     for shot in ("2", "10", "1"):
         for seconds in (0.5, 2.0):
-            source = fitter.photographs.pictures.picture_files.read_picture(written.parent / "lamp1.exr").pixels
+            source = fitter.imaging.picture_files.read_picture(written.parent / "lamp1.exr").pixels
             ball_files.write_picture(tmp_path / f"ball{shot}_{seconds}.exr", source * seconds, ExposureTime=seconds,
                                      Exif__FocalLength=105.0, Exif__FocalLengthIn35mmFilm=210)
     return sorted(tmp_path.glob("*.exr"))

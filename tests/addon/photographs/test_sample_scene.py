@@ -221,9 +221,9 @@ def test_what_the_panel_says_otherwise_is_said_by_the_fitter(extension):
     """Each key of the table is in a message, or is a key of a description."""
     from measured_brdf.addon.photographs import work
 
-    sources = re.sub(r'"\n\s*f?"', "", "".join(path.read_text("utf-8") for path in (
-        ROOT / "fitter" / "photographs").rglob("*.py")))        # texts go on in the next line
-    assert "set Values to Linear" in work.translate_keys(fitter.photographs.pictures.picture_files.BENT)
+    sources = re.sub(r'"\n\s*f?"', "", "".join(path.read_text("utf-8") for room in ("imaging", "photographs")
+                                          for path in (ROOT / "fitter" / room).rglob("*.py")))   # texts of two lines
+    assert "set Values to Linear" in work.translate_keys(fitter.imaging.picture_files.BENT)
     for key in work._IN_PANEL:
         parts = key.split(".") if key.startswith(("camera", "sample", "scale", "chrome")) else [key.replace('"', '\\"')]
         assert all(part in sources for part in parts), key

@@ -126,8 +126,8 @@ def test_none_is_near_to_what_no_material_is_like(picture, random):
 @pytest.mark.parametrize("name", ["gray", "chrome"])
 def test_real_balls_have_an_outline(openimageio, name):
     """Cropped by their masks; the chrome ball under the lamp that it shows best."""
+    from fitter.imaging.picture_files import read_picture
     from fitter.library.matching import _has_outline
-    from fitter.photographs.pictures.picture_files import read_picture
 
     folder = measurements() / "photographs" / "gray_ball"
     if not folder.is_dir():

@@ -10,8 +10,8 @@ import pytest
 import fitter
 from fitter import cli
 from fitter.formats import saved_samples
+from fitter.imaging.picture_files import read_picture
 from fitter.photographs.flat import map_files
-from fitter.photographs.pictures.picture_files import read_picture
 from support import anisotropic_instruments as instruments
 from support import flat_files, flat_scene
 from support.checkout import ROOT

@@ -5,9 +5,10 @@ import pytest
 
 import fitter
 from fitter.colours import decode_srgb
+from fitter.imaging.picture_files import camera_exposure
 from fitter.imaging.pictures import srgb
 from fitter.photographs.pictures import light
-from fitter.photographs.pictures.light import Exposure, camera_exposure, divide_flat, merge_exposures, subtract_dark
+from fitter.photographs.pictures.light import Exposure, divide_flat, merge_exposures, subtract_dark
 
 
 def exposed(radiance, exposure, random):

@@ -11,11 +11,11 @@ import pytest
 
 import fitter
 from fitter import cli
+from fitter.imaging import picture_files
+from fitter.imaging.picture_files import read_picture
 from fitter.photographs.ball import measuring
 from fitter.photographs.capture import resolve
 from fitter.photographs.description import parsing
-from fitter.photographs.pictures import picture_files
-from fitter.photographs.pictures.picture_files import read_picture
 from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
 

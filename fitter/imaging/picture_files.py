@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import FloatArray, SingleArray
-from ...colours import conversion_from_primaries, decode_srgb
-from ...errors import DatasetError
-from .light import camera_exposure
+from ..arrays import FloatArray, SingleArray
+from ..colours import conversion_from_primaries, decode_srgb
+from ..errors import DatasetError
 
 NEEDED = ("reading photographs needs OpenImageIO, which Blender has: run this in Blender, or install it (pip install "
           "OpenImageIO)")
@@ -32,6 +31,20 @@ TURNED = ("EXIF says that viewers show it {}. It is read as the sensor has it, f
           "that of some pictures and not of others: count pixels of corners and regions without that turn")
 BENT = ("sRGB, which was made linear: cameras bend such colours to please, so develop raw files linearly; where these "
         "are linear, say so by encoding = \"linear\"")
+
+
+def camera_exposure(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> float:
+    """The exposure of a photograph.
+
+    Examples
+    --------
+    >>> camera_exposure(1 / 50, 4), camera_exposure(1 / 200, 4, 400)
+    (0.00125, 0.00125)
+    """
+    if not (seconds > 0 and f_number > 0 and iso > 0):
+        raise DatasetError(f"an exposure of {seconds:g} s at f/{f_number:g} and ISO {iso:g} found, expected more than "
+                           f"0")
+    return seconds / f_number ** 2 * iso / 100
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
