@@ -98,8 +98,8 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
             raise ValueError("The material has been removed meanwhile")
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
         how = rendered.advice(target, not_none(context.scene)) if material.is_measured(target) else ""
-        material.assign(target, outcome, self._choices, context, shader)
         report_questions(self, [outcome])
+        material.assign(target, outcome, self._choices, context, shader)
         judged = quality_summary(target.measured_brdf)
         told = judged.whole
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:

@@ -155,7 +155,7 @@ def open_choices(path: str | Path) -> frozenset[str]:
 
     Examples
     --------
-    >>> sorted(choices_of("abrdf.dat")), sorted(choices_of("gold.binary"))
+    >>> sorted(open_choices("abrdf.dat")), sorted(open_choices("gold.binary"))
     (['sample'], [])
     """
     if published.parse_virtual_path(path) is not None:

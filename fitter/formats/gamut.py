@@ -16,9 +16,9 @@ def convert_samples(samples: Samples, colours: str) -> Samples:
     Examples
     --------
     >>> green = Samples([0], [0], [0], [0], [[-0.02, 0.4, 0.01]], RGB)
-    >>> converted(green, "Rec.709").notes
+    >>> convert_samples(green, "Rec.709").notes
     ('Outside of Rec.709: 1 of 1 samples, by up to 7.1 % of the mean luminance',)
-    >>> converted(green, "ACEScg").notes, converted(green, "ACEScg").values.round(3).tolist()
+    >>> convert_samples(green, "ACEScg").notes, convert_samples(green, "ACEScg").values.round(3).tolist()
     (('Colours in ACEScg',), [[0.124, 0.365, 0.052]])
     """
     if samples.channels != RGB:

@@ -76,7 +76,7 @@ def _decode(stored: FloatArray, encoding: str) -> FloatArray:
 
     Examples
     --------
-    >>> [_decoded(np.array([0.5, -0.01]), encoding).round(4).tolist() for encoding in _NOTES]
+    >>> [_decode(np.array([0.5, -0.01]), encoding).round(4).tolist() for encoding in _NOTES]
     [[0.5, -0.01], [0.214, -0.0008], [0.0276, 0.0]]
     """
     if encoding == "raw":

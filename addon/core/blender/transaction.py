@@ -10,7 +10,7 @@ from ..annotations import not_none
 
 _Data = TypeVar("_Data", bound=bpy.types.ID)
 _Ends = tuple[str, str, str, str]       # a link: node and identifier of the socket it comes from, and goes to
-# a node: its properties, its custom properties, and the values of its inputs
+# a node: its properties, its custom properties, and the values of its sockets
 _State = tuple[dict[str, Any], dict[str, Any], list[Any]]
 
 _ID_KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "masks",
@@ -65,7 +65,8 @@ def _plain(value: Any) -> Any:
 def _state(node: bpy.types.Node) -> _State:
     return ({name: _plain(getattr(node, name)) for name in _NODE_PROPERTIES if hasattr(node, name)},
             {key: value.to_dict() if hasattr(value, "to_dict") else value for key, value in node.items()},
-            [_plain(socket.default_value) if hasattr(socket, "default_value") else None for socket in node.inputs])
+            [_plain(socket.default_value) if hasattr(socket, "default_value") else None
+             for socket in (*node.inputs, *node.outputs)])
 
 
 def _restore(tree: bpy.types.NodeTree, nodes: Mapping[int, _State], links: Iterable[_Ends]) -> None:
@@ -73,13 +74,13 @@ def _restore(tree: bpy.types.NodeTree, nodes: Mapping[int, _State], links: Itera
     for node in [node for node in tree.nodes if node.as_pointer() not in nodes]:
         tree.nodes.remove(node)
     for node in tree.nodes:
-        properties, custom, inputs = nodes[node.as_pointer()]
+        properties, custom, values = nodes[node.as_pointer()]
         _set_changed(node, properties)
         for key in [*node.keys()]:
             del node[key]
         for key, value in custom.items():
             node[key] = value
-        for socket, value in zip(node.inputs, inputs, strict=False):
+        for socket, value in zip((*node.inputs, *node.outputs), values, strict=False):
             if value is not None:
                 _set_changed(socket, {"default_value": value})
     existing = {_ends(link) for link in tree.links}

@@ -248,7 +248,7 @@ def test_weights_follow_normals_that_are_smoothed(materials, monkeypatch, turn):
         flat_scene.lamps(8), (8, 8)
     shots = photographed(sample, lamps, noise=0)
     kept = fitter.maps_from_flat(shots, flat_scene.corners(), shape, sample.fits)
-    monkeypatch.setattr(flat, "smoothed", lambda slopes, precision, known: slopes + np.array([turn, -turn / 2]))
+    monkeypatch.setattr(flat, "smooth_slopes", lambda slopes, precision, known: slopes + np.array([turn, -turn / 2]))
     maps = fitter.maps_from_flat(shots, flat_scene.corners(), shape, sample.fits)
     at, normals = flat_scene.texels(shape), maps.normals.reshape(-1, 3)
     unit = np.moveaxis([[flat_scene.radiance(flat_scene.Sample((fit,), lambda u, v: np.ones((len(u), 1)),
