@@ -159,6 +159,9 @@ MOST_CORRECTED = 0.65
 # Share of what is shown toward a lamp below which the lamp's lobe takes a correction, evenly. With .02 satin gold has
 # 2.7 times the noise under an area lamp, with .2 .85 times.
 SMALL_CORRECTION = 0.1
+# Times as much as is shown that a lobe takes away in a sample for what a direction may not. Without a bound a dark
+# pixel of malachite is a tenth of the mean below 0.
+MOST_SPREAD = 2.0
 
 # The shading frame, and the horizon (osl/shading_frame.h).
 

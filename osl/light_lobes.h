@@ -120,6 +120,7 @@ void keep_sampled_lobes(output LightLobes lobes)
       lobes.exponent[kept] = lobes.exponent[i];
       lobes.height[kept] = lobes.times[i] * lobes.height[i];
       lobes.lamp[kept] = lobes.lamp[i];
+      lobes.times[kept] = lobes.times[i];
       kept++;
     }
   }
@@ -185,18 +186,18 @@ void fit_light_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture m
 }
 
 /* Give the lobe of a lamp a value in one direction, over the pdf of that direction, evenly: what the directions in the
- * middle of the lamp have, up to as large a part as the lamp fills, stands for all of it. False where no lobe has the
- * direction. */
-int spread_over_lamp(LampList lamps, vector w, color value, output LightLobes lobes)
+ * middle of the lamp have, up to as large a part as the lamp fills, stands for all of it. It takes away MOST_SPREAD times
+ * what is shown at most. False where no lobe has the direction, or where it is multiplied. */
+int spread_over_lamp(LampList lamps, vector w, color value, color shown, output LightLobes lobes)
 {
   for (int i = 0; i < lobes.count; i++) {
     int lamp = lobes.lamp[i];
     float radius = lamps.radius[lamp];
     float cosine = dot(lobes.axis[i], w);
-    if (radius >= SMALL_LAMP_RADIUS && lamps.core[lamp] > 0.0 && cosine > cos(radius)) {
+    if (radius >= SMALL_LAMP_RADIUS && lamps.core[lamp] > 0.0 && lobes.times[i] == 1.0 && cosine > cos(radius)) {
       float edge = cos(lamps.core[lamp] * radius);
       if (cosine > edge) {
-        lobes.height[i] += value / (M_2PI * (1.0 - edge));
+        lobes.height[i] += max(value / (M_2PI * (1.0 - edge)), -MOST_SPREAD * max(shown, 0.0));
       }
       return 1;
     }

@@ -100,7 +100,8 @@ Carried carry_residual(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampLi
                                 channel_sum(fabs(value)) / max(channel_sum(whole), LEAST_WEIGHT)), 1.0);
     int is_small = channel_sum(fabs(value)) < SMALL_CORRECTION * channel_sum(shown);
     color followed = is_small ? color(0.0) : max(value, -min(carried.corrected * whole, MOST_CORRECTED * above * shown));
-    if (followed == value || spread_over_lamp(lamps, wi, (value - followed) / (pdf * above), lobes) || !is_small) {
+    int is_spread = spread_over_lamp(lamps, wi, (value - followed) / (pdf * above), shown, lobes);
+    if (is_spread || !is_small) {
       value = followed;
     }
   }
