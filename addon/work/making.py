@@ -93,16 +93,16 @@ class MakesMaterials(HasTarget, InBackground):
         first, is_one = judged[0][1], len(made) == 1
         told = f"{made[0].name}: {first.whole}" if is_one else f"{len(made)} materials; {len(failed)} files failed"
         how = rendered.advice(made[0], not_none(context.scene))
-        report_questions(self, (outcome for _, _, outcome, _ in prepared if not isinstance(outcome, Exception)))
-        # last, because it is the only change that is not taken back on an error
-        if why := targets.assign_all(self.all_targets(), made[0]):
-            made[0].use_fake_user = True
-            self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
         for error in failed:
             self.report({"WARNING"}, str(error))
         for name, summary in judged:
             if summary.is_bad and not is_one:
                 self.report({"WARNING"}, f"{name}: {summary.line}")
+        report_questions(self, (outcome for _, _, outcome, _ in prepared if not isinstance(outcome, Exception)))
+        # last, because it is the only change that is not taken back on an error
+        if why := targets.assign_all(self.all_targets(), made[0]):
+            made[0].use_fake_user = True
+            self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
         self.report({first.level if is_one else "INFO"}, f"{told}. {how}" if how else told)
         if self.options.is_invoke:
             show_first(context, made)
