@@ -156,11 +156,11 @@ NARROW_WIDTH = 0.075
 MOST_NARROW = 0.25
 # Share of what is shown toward a lamp that a sampled direction takes away at most.
 MOST_CORRECTED = 0.65
-# Share of what is shown toward a lamp below which the lamp's lobe takes a correction, evenly. With .02 satin gold has
-# 2.7 times the noise under an area lamp, with .2 .85 times.
+# Share of what is shown toward a lamp below which the lamp's lobe takes a correction, evenly. A smaller one leaves more
+# to directions, which are seldom followed; a larger one misplaces more where a lamp is half hidden.
 SMALL_CORRECTION = 0.1
-# Times as much as is shown that a lobe takes away in a sample for what a direction may not. Without a bound a dark
-# pixel of malachite is a tenth of the mean below 0.
+# Times as much as is shown that a lobe takes away in a sample for what a direction may not: without a bound that leaves
+# pixels below 0, as `python -m benchmarks.black_pixels` counts them.
 MOST_SPREAD = 2.0
 
 # The shading frame, and the horizon (osl/shading_frame.h).
