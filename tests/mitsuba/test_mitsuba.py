@@ -113,7 +113,7 @@ def area_lamp(fits, name):
 
 def window_in_an_image(fits, name):
     """Of 1.2 x 5.2 degrees."""
-    scene_of()
+    scene_of(1024)
     sphere(fits, name)
     image((-60, 40, 1.2, 5.2, 300))
 
