@@ -21,7 +21,6 @@ from ..rig.scale import (
     GUESSED,
     NEAR_NORMAL,
     SHARE_ANGLES,
-    check_albedo,
     check_intensity,
     implausible_light,
     lamp_intensity,
@@ -52,14 +51,9 @@ def measure_ball(setup: CaptureSetup) -> BallMeasurement:
     samples = gather_samples(photographs, setup.title, str(setup.path))
     same = same_pictures([each.radiance for each in photographs], [each.name for each in photographs])
     samples = replace(samples, notes=(*samples.notes, *notes, *same))
-    if setup.scale.albedo is None:
-        bright = implausible_light(reflected_light(samples))
-        return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
-    guessed = scale_samples(samples, setup.scale.albedo)
-    bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
+    samples, factor, bright = scale_samples(samples, setup.scale.albedo)
     # what is a guess of the samples' scale is one of the lamp's intensity
-    share = float(samples.values.sum() / guessed.values.sum())
-    return BallMeasurement(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
+    return BallMeasurement(samples, [replace(each, intensity=each.intensity / factor) for each in photographs],
                            (*same, *bright))
 
 
@@ -120,8 +114,8 @@ def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArr
     if not upright.any():
         raise DatasetError("the lamp lights the ball of known albedo at grazing angles only", photograph.name)
     weight = ball.seen.irradiance[upright] / ball.seen.irradiance[upright].sum()
-    return check_intensity(np.pi / check_albedo(albedo) * photograph.intensity * (weight @ ball.reflectance[upright]),
-                           "ball")
+    return check_intensity(np.pi / np.asarray(albedo) * photograph.intensity * (weight @ ball.reflectance[upright]),
+                           "ball", photograph.name)
 
 
 def reflected_light(samples: Samples) -> FloatArray:
@@ -132,10 +126,10 @@ def reflected_light(samples: Samples) -> FloatArray:
     return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], SHARE_ANGLES)
 
 
-def scale_samples(samples: Samples, albedo: float) -> Samples:
-    """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; notes
-    say that it is a guess, and what is implausible of it."""
+def scale_samples(samples: Samples, albedo: float | None) -> tuple[Samples, float, tuple[str, ...]]:
+    """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; what
+    they were multiplied with, 1 where no albedo is given; and what is implausible of it, which is in the notes too."""
     light = reflected_light(samples)
-    factor = float(check_albedo(albedo)) / float(light.mean())
-    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *implausible_light(light * factor, albedo))
-    return replace(samples, values=samples.values * factor, notes=notes)
+    factor = 1.0 if albedo is None else albedo / float(light.mean())
+    guess, bright = () if albedo is None else (GUESSED.format(f"{albedo:g}"),), implausible_light(light * factor, albedo)
+    return (replace(samples, values=samples.values * factor, notes=(*samples.notes, *guess, *bright)), factor, bright)

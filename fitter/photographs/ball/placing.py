@@ -43,7 +43,7 @@ def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
         axis, _, gamma = first.sight
         v = axis / np.cos(gamma)
         touching = np.concatenate([_touching(v, moved[number]) for number in numbers])
-        v, arc = fit_cone(touching, v, pixel_angle(first.rays))
+        v, arc, _ = fit_cone(touching, v, pixel_angle(first.rays))
         if arc >= _ENOUGH and np.linalg.norm(v) > 1:
             for number in numbers:
                 moved[number] = replace(moved[number], centre=Outline.from_vector(v).centre(first.camera, first.radius))

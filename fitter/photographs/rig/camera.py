@@ -31,8 +31,17 @@ class CameraView(NamedTuple):
         return np.asarray(rays_through(places, self.size, self.angle) @ self.orientation.T)
 
     def project(self, points: FloatArray) -> FloatArray:
-        """Where points (..., 3) are, pixels from the left and the top: (..., 2)."""
-        return project_directions((points - self.position) @ self.orientation, self.size, self.angle)
+        """Where points (..., 3) are, pixels from the left and the top: (..., 2). The inverse of `rays_through`.
+
+        Examples
+        --------
+        >>> view = CameraView(np.zeros(3), np.eye(3), (20, 30), 1.0)
+        >>> view.project(rays_through(np.array([[3.0, 7.5]]), view.size, view.angle)).round(9).tolist()
+        [[3.0, 7.5]]
+        """
+        toward = (points - self.position) @ self.orientation
+        step = 2 * np.tan(self.angle / 2) / self.size[1]
+        return np.asarray(np.array(self.size[::-1]) / 2 + toward[..., :2] / -toward[..., 2:] / step * (1, -1))
 
 
 def rays(height: int, width: int, angle: float, orientation: ArrayLike | None = None) -> FloatArray:
@@ -56,19 +65,6 @@ def rays_through(places: FloatArray, size: tuple[int, int], angle: float) -> Flo
     x, y = step * (places[..., 0] - width / 2), step * (height / 2 - places[..., 1])
     directions = np.stack([x, y, -np.ones_like(x)], axis=-1)
     return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
-
-
-def project_directions(directions: FloatArray, size: tuple[int, int], angle: float) -> FloatArray:
-    """The inverse of `rays_through`: where directions (..., 3) in the camera's axes are, pixels, (..., 2).
-
-    Examples
-    --------
-    >>> project_directions(rays_through(np.array([[3.0, 7.5]]), (20, 30), 1.0), (20, 30), 1.0).round(9).tolist()
-    [[3.0, 7.5]]
-    """
-    step = 2 * np.tan(angle / 2) / size[1]
-    x, y = (directions[..., axis] / -directions[..., 2] / step for axis in (0, 1))
-    return np.stack([size[1] / 2 + x, size[0] / 2 - y], axis=-1)
 
 
 def orientation(camera: CameraSetup, middle: ArrayLike) -> FloatArray:

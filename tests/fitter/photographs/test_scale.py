@@ -26,24 +26,23 @@ def test_a_white_ball_tells_the_intensity_and_the_colour_of_the_lamp():
     scene = ball_scene.at_phase(50, 20, intensity=(3.0, 2.0, 1.0), size=(60, 60))
     shot = replace(photographed(scene, WHITE, noise=0.02), intensity=np.ones(3))
     np.testing.assert_allclose(intensity_of_ball(shot, 0.8), [3, 2, 1], rtol=3e-3)
-    with pytest.raises(fitter.DatasetError, match=r"an albedo of 1\.2 found"):
-        intensity_of_ball(shot, 1.2)
 
 
 def test_a_card_tells_it_too():
     """At 2 m, turned by 60 degrees from the lamp: a quarter of a half."""
     normal = (0, -np.sin(np.pi / 3), np.cos(np.pi / 3))
     radiance = np.full((7, 3), 0.18 / np.pi * 0.5 / 4) * [4, 2, 1]
-    np.testing.assert_allclose(intensity_of_card(radiance, (0, 0, 0), normal, (0, 0, 2), 0.18), [4, 2, 1])
-    with pytest.raises(fitter.DatasetError, match="does not face the lamp"):
-        intensity_of_card(radiance, (0, 0, 0), (0, 0, -1), (0, 0, 2), 0.18)
+    np.testing.assert_allclose(intensity_of_card(radiance, (0, 0, 0), normal, (0, 0, 2), 0.18, "card"), [4, 2, 1])
+    with pytest.raises(fitter.DatasetError, match="^card: the card does not face the lamp"):
+        intensity_of_card(radiance, (0, 0, 0), (0, 0, -1), (0, 0, 2), 0.18, "card")
 
 
 def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a_guess():
     shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
     samples = fitter.samples_from_ball(shots)
     np.testing.assert_allclose(reflected_light(samples), 0.8, rtol=0.01)
-    guessed = scale_samples(replace(samples, values=samples.values * 7), 0.4)
+    guessed, factor, _ = scale_samples(replace(samples, values=samples.values * 7), 0.4)
+    assert factor == pytest.approx(1 / 14, rel=0.01)
     assert np.median(guessed.values) == pytest.approx(0.4 / np.pi, rel=0.01)
     assert guessed.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
 
@@ -63,7 +62,7 @@ def test_an_albedo_that_no_paint_of_this_kind_can_have_is_told_and_the_largest_t
     degrees, where no more than all may leave."""
     paint = Truth("", "", lambda *at: np.repeat((np.cos(at[0]) + np.cos(at[2]))[:, None] / 4 / np.pi, 3, axis=1))
     shots = [photographed(scene, paint, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
-    notes = scale_samples(fitter.samples_from_ball(shots), albedo).notes
+    notes = scale_samples(fitter.samples_from_ball(shots), albedo)[0].notes
     told = re.search(r"More light leaves than arrives, 1\.\d+ of it at 17 degrees: an albedo of (.*) is the largest",
                      notes[-1])
     assert (told is None) == (albedo == 0.8)

@@ -276,15 +276,21 @@ def test_that_a_file_has_further_parts_and_is_to_be_turned_is_told(openimageio, 
     ("name = ", ".".join(200_000 * "a") + " = 1\nname = ", "setup.toml:1: 400,003 bytes in a line"),
     ("name = ", "name : ", "not TOML"),
     ("centre = \"outline\"", "centre = [0, 0]", "ball.centre is \\[0, 0\\], expected 3 numbers"),
-    ("albedo = 0.18", "albedo = 18", "card.exr: an albedo of"),
+    ("albedo = 0.18", "albedo = 18", "setup.toml: scale.card.albedo is 18, expected more than 0 and at most 1"),
     ("region = [", "region = [900, ", "scale.card.region is"),
     ("centre = \"outline\"", "centre = [0.5, 0, 0]", "no pixel sees the ball|not where it is said to be"),
+    ("files = [\"lamp1.exr\"]", "files = [\"lamp1.exr\", \"small.exr\"]\nexposures = [1, 2]",
+     r"lamp1.exr: exposures of several sizes found: \(4, 6, 3\), \(80, 80, 3\)"),
+    ("[lamp]\n", "[lamp]\ndark = \"small.exr\"\n",
+     r"lamp1.exr: the photograph with the lamp off has the size \(4, 6, 3\), expected \(80, 80, 3\)"),
+    ("[lamp]\n", "[lamp]\nflat = \"small.exr\"\n", "lamp1.exr: the photograph of an even surface has the size"),
 ], ids=str)
 def test_what_is_wrong_is_named_by_file_and_key(written, tmp_path, old, new, message):
     text = written.read_text()
     assert old in text
     for picture in written.parent.glob("*.exr"):
         os.link(picture, tmp_path / picture.name)
+    ball_files.write_picture(tmp_path / "small.exr", np.ones((4, 6, 3)))
     (tmp_path / "setup.toml").write_text(text.replace(old, new))
     with pytest.raises(fitter.DatasetError, match=message):
         measure(tmp_path / "setup.toml")
