@@ -154,11 +154,10 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
     def apply(self, _context: bpy.types.Context, found: Any) -> None:
         settings = photographs.get(self.scene())
         if settings.ball is None:
-            settings.camera.matrix_basis = stage.camera_pose(found)
-            self.report({"INFO"}, "The camera is at {:.4f}, {:.4f}, {:.4f} m".format(*found.position))
-            return
-        settings.ball.location = found
-        self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*found))
+            settings.camera.matrix_basis, moved, place = stage.camera_pose(found), "camera", found.position
+        else:
+            settings.ball.location, moved, place = found, "ball", found
+        self.report({"INFO"}, "The {} is at {:.4f}, {:.4f}, {:.4f} m".format(moved, *place))
 
 
 class MEASUREDBRDF_OT_place_lamp(_ChoosesFiles, HasPhotographs, bpy.types.Operator):

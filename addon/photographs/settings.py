@@ -99,14 +99,10 @@ def _side(axis: int, name: str, default: str) -> Any:
                          description=f"Of the sample{default}")
 
 
-def _is_fitted(_settings: Any, made: bpy.types.Material) -> bool:
-    return material.is_measured(made)
-
-
 def _material(number: int) -> Any:
     return PointerProperty(name=f"Material {number}", type=bpy.types.Material, description=(
         "A measured material of this file that the sample is a mix of. Where none is chosen they are found in the "
-        "photographs"), poll=_is_fitted)
+        "photographs"), poll=lambda _, made: material.is_measured(made))
 
 
 class MeasuredPhotographs(bpy.types.PropertyGroup):
@@ -226,16 +222,12 @@ def show(settings: Any) -> None:
             background.image = shown.picture
 
 
+classes = (MeasuredExposure, MeasuredPhotograph, MeasuredPhotographs)
+
+
 def register() -> None:
-    for cls in _GROUPS:
-        bpy.utils.register_class(cls)
     bpy.types.Scene.measured_brdf_photographs = PointerProperty(type=MeasuredPhotographs, name="Photographs")
 
 
 def unregister() -> None:
     del bpy.types.Scene.measured_brdf_photographs
-    for cls in reversed(_GROUPS):
-        bpy.utils.unregister_class(cls)
-
-
-_GROUPS = MeasuredExposure, MeasuredPhotograph, MeasuredPhotographs

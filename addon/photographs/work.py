@@ -27,7 +27,7 @@ from ...fitter.photographs.flat.reading import read_sample
 from ...fitter.photographs.flat.tiling import cut_tile, tile_size
 from ...fitter.photographs.pictures.light import Light
 from ...fitter.photographs.pictures.reading import Pictures
-from ..core.annotations import Arguments
+from ..core.annotations import Arguments, not_none
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
 
@@ -316,8 +316,6 @@ def _convert_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:
     """A photograph in another colour space: what it shows under a white lamp."""
     if space == DEFAULT_COLOURS or photograph.radiance.shape[2] == 1:
         return photograph
-    noise = np.zeros_like(photograph.radiance) if photograph.noise is None else photograph.noise
-    light = Light(photograph.radiance / photograph.intensity, noise / photograph.intensity, photograph.counts)
-    light = light.convert(conversion(DEFAULT_COLOURS, space))
-    return replace(photograph, radiance=light.radiance, intensity=np.ones(3), mask=light.known,
-                   noise=None if photograph.noise is None else light.noise)
+    light = Light(photograph.radiance / photograph.intensity, not_none(photograph.noise) / photograph.intensity,
+                  photograph.counts).convert(conversion(DEFAULT_COLOURS, space))
+    return replace(photograph, radiance=light.radiance, intensity=np.ones(3), noise=light.noise, mask=light.known)

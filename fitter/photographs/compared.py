@@ -41,22 +41,25 @@ def read_compared(setup: CaptureSetup) -> ComparedPhotograph:
     light = Pictures(setup).lamp_light(setup.photographs[0], "files")
     size = light.radiance.shape[0], light.radiance.shape[1]
     corners, mask = corner_places(setup.need_sample(), size), read_mask(setup.need_sample(), size)
-    side = int(np.ceil(_MARGIN * np.ptp(corners, axis=0).max()))
-    left, top = np.round((corners.min(axis=0) + corners.max(axis=0) - side) / 2).astype(int).tolist()
     return ComparedPhotograph(light.radiance, light.known & polygon_mask(corners, size) & (mask is None or mask),
-                              Part(left, top, side))
+                              _part_around(corners))
 
 
 def _ball_part(photograph: BallPhotograph) -> Part:
     """The part of a photograph that the ball takes. DatasetError if it is not in the picture."""
     axis, _, limb = photograph.sight
-    rows, columns = np.nonzero(photograph.rays @ axis > np.cos(limb))
-    if not len(rows):
+    places = np.argwhere(photograph.rays @ axis > np.cos(limb))[:, ::-1]
+    if not len(places):
         raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
-    across = 2 * limb / pixel_angle(photograph.rays)
-    side = int(np.ceil(_MARGIN * max(float(np.ptp(rows)) + 1, float(np.ptp(columns)) + 1, across)))
-    middle = (rows.min() + rows.max() + 1) / 2, (columns.min() + columns.max() + 1) / 2
-    return Part(round(middle[1] - side / 2), round(middle[0] - side / 2), side)
+    return _part_around(np.concatenate([places, places + 1]), 2 * limb / pixel_angle(photograph.rays))
+
+
+def _part_around(places: FloatArray, across: float = 0.0) -> Part:
+    """The part, so many pixels wide or more, with a margin around places in a picture (n, 2)."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    side = int(np.ceil(_MARGIN * max((high - low).max(), across)))
+    left, top = np.round((low + high - side) / 2).astype(int).tolist()
+    return Part(left, top, side)
 
 
 def area_means(picture: RealArray, part: Part, size: int) -> FloatArray:

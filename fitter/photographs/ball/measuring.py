@@ -131,5 +131,6 @@ def scale_samples(samples: Samples, albedo: float | None) -> tuple[Samples, floa
     they were multiplied with, 1 where no albedo is given; and what is implausible of it, which is in the notes too."""
     light = reflected_light(samples)
     factor = 1.0 if albedo is None else albedo / float(light.mean())
-    guess, bright = () if albedo is None else (GUESSED.format(f"{albedo:g}"),), implausible_light(light * factor, albedo)
-    return (replace(samples, values=samples.values * factor, notes=(*samples.notes, *guess, *bright)), factor, bright)
+    guess = () if albedo is None else (GUESSED.format(f"{albedo:g}"),)
+    bright = implausible_light(light * factor, albedo)
+    return replace(samples, values=samples.values * factor, notes=(*samples.notes, *guess, *bright)), factor, bright

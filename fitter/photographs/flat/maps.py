@@ -21,6 +21,7 @@ from ...model.fit import Fit
 from ...samples import Samples
 from ..description.capture_setup import MOST_MATERIALS
 from ..pictures.light import check_bright
+from ..rig.photograph import check_alike
 from .materials import MOST_TEXELS, materials_found
 from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, shading_geometry
 from .solving import (
@@ -121,8 +122,12 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     ValueError
         If the materials are too many or anisotropic, or their channels are not those of the photographs.
     """
-    photographs = list(photographs)
-    _check_photographs(photographs)
+    if len(photographs) < 2:
+        raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "
+                           f"lamps in several places", photographs[0].name if photographs else None)
+    check_alike(photographs)
+    for each in photographs:
+        check_bright(each.radiance, each.name)
     corners = np.array(corners, dtype=float)
     height, width = (int(each) for each in shape)
     if min(height, width) < 1:
@@ -204,19 +209,6 @@ def evenly(height: int, width: int, most: int) -> tuple[slice, slice]:
     return slice(step // 2, None, step), slice(step // 2, None, step)
 
 
-def _check_photographs(photographs: Sequence[FlatPhotograph]) -> None:
-    if len(photographs) < 2:
-        raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "
-                           f"lamps in several places", photographs[0].name if photographs else None)
-    first = photographs[0]
-    for other in photographs[1:]:
-        if other.radiance.shape != first.radiance.shape:
-            raise DatasetError("a picture of {1} x {0} pixels with {2} channels found, expected {4} x {3} with {5} as "
-                               "in {6}".format(*other.radiance.shape, *first.radiance.shape, first.name), other.name)
-    for each in photographs:
-        check_bright(each.radiance, each.name)
-
-
 def check_materials(materials: Sequence[Fit | Samples], channels: int) -> None:
     """Raise ValueError if photographs of so many channels cannot show a mix of these materials."""
     if not 1 <= len(materials) <= MOST_MATERIALS:
@@ -267,8 +259,7 @@ def coarse(photographs: Sequence[FlatPhotograph], corners: FloatArray,
     they are, for what they show of a bump's highlight is not what one normal in their middle does."""
     found = []
     for each in photographs:
-        toward = corners - each.camera
-        count = pixels_per_texel(find_pixels(each.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)), shape)
+        count = pixels_per_texel(find_pixels(each.rays, corners - each.camera), shape)
         found.append(each if count < _MANY else each.average_texels(texel_corners(corners, shape), count))
     return found
 
@@ -313,13 +304,11 @@ def smooth_slopes(slopes: FloatArray, precision: FloatArray, known: BoolArray) -
     photographs tell of them, (h, w).
     """
     pairs_known = np.concatenate([(known[1:] & known[:-1]).ravel(), (known[:, 1:] & known[:, :-1]).ravel()])
-    variance = np.trace(np.linalg.inv(precision), axis1=2, axis2=3)
-    pairs = [((slopes[1:] - slopes[:-1]) ** 2, variance[1:] + variance[:-1]),
-             ((slopes[:, 1:] - slopes[:, :-1]) ** 2, variance[:, 1:] + variance[:, :-1])]
-    squared = np.concatenate([each.sum(axis=2).ravel() for each, _ in pairs])
-    doubt = np.concatenate([each.ravel() for _, each in pairs])
     if not pairs_known.any():
         return slopes
+    squared = np.concatenate([(np.diff(slopes, axis=axis) ** 2).sum(axis=2).ravel() for axis in (0, 1)])
+    variance = np.trace(np.linalg.inv(precision), axis1=2, axis2=3)
+    doubt = np.concatenate([(variance[1:] + variance[:-1]).ravel(), (variance[:, 1:] + variance[:, :-1]).ravel()])
     sure = pairs_known & (doubt <= np.median(doubt[pairs_known]))
     relief = max(float((squared - doubt)[sure].mean()) / 2, _LEAST_RELIEF ** 2)
     height, width = slopes.shape[:2]

@@ -34,9 +34,7 @@ class FlatPhotograph(Photograph):
     def average_texels(self, points: FloatArray, count: int) -> "FlatPhotograph":
         """The same with a pixel for each texel, the mean of its pixels: `points` (h + 1, w + 1, 3) are the corners of
         texels, each of which has so many pixels along both axes."""
-        toward = (points - self.camera).reshape(-1, 3)
-        places = find_pixels(self.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)).reshape(
-            *points.shape[:2], 2)
+        places = find_pixels(self.rays, (points - self.camera).reshape(-1, 3)).reshape(*points.shape[:2], 2)
         noise = np.zeros_like(self.radiance[..., :1]) if self.noise is None else self.noise
         light = texel_means(Light(self.radiance, noise, self.counts), places, count)
         middle = (points[:-1, :-1] + points[1:, 1:]) / 2 - self.camera
@@ -129,8 +127,8 @@ def texel_means(light: Light, places: FloatArray, count: int) -> Light:
 
 
 def find_pixels(rays: FloatArray, toward: FloatArray) -> FloatArray:
-    """Where directions (n, 3) are in a picture of rays (height, width, 3): rows and columns (n, 2), the first pixel's
-    centre being 0, 0, and outside the picture somewhere outside it; by Newton's method.
+    """Where directions (n, 3), of any length, are in a picture of rays (height, width, 3): rows and columns (n, 2), the
+    first pixel's centre being 0, 0, and outside the picture somewhere outside it; by Newton's method.
 
     Examples
     --------

@@ -168,8 +168,7 @@ def _fill_rim(lights: list[Light], toward: FloatArray, position: FloatArray, hal
     within = np.clip(seen, *(sign * np.maximum(half - step, 0) for sign in (-1, 1)))
     rim = (seen != within).any(axis=2) & (np.abs(seen - within) < 2 * step).all(axis=2)
     there = np.column_stack([(2 * within - seen)[rim], np.zeros(int(rim.sum()))]) - position
-    place = find_pixels(toward, there / np.linalg.norm(there, axis=1, keepdims=True))
-    corner, share, _ = pixel_corners(place, rim.shape)
+    corner, share, _ = pixel_corners(find_pixels(toward, there), rim.shape)
     filled = []
     for light in lights:
         radiance, noise, known = light.radiance.copy(), light.noise.copy(), light.known.copy()

@@ -1,5 +1,6 @@
 """What photographs of balls and of flat samples share: a picture, and where camera and lamp were."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -84,6 +85,15 @@ class Photograph:
                                self.name)
         object.__setattr__(self, field, array)
         return array
+
+
+def check_alike(photographs: Sequence[Photograph]) -> None:
+    """Raise DatasetError, of the first that differs, if photographs differ in size or number of channels."""
+    first = photographs[0]
+    for other in photographs[1:]:
+        if other.radiance.shape != first.radiance.shape:
+            raise DatasetError("{1} x {0} pixels with {2} channels found, expected {4} x {3} pixels with {5} as in "
+                               "{6}".format(*other.radiance.shape, *first.radiance.shape, first.name), other.name)
 
 
 def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:

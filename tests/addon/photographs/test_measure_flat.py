@@ -1,6 +1,5 @@
 """Photographs of a flat sample become a plane with its material, which Cycles shows as the sample itself looks."""
 
-import contextlib
 import math
 from functools import partial
 from pathlib import Path
@@ -16,8 +15,8 @@ from support import flat_files, flat_scene, stage
 from support.anisotropic import brushed_fit
 from support.blend_state import state, whole_state
 from support.cases import quick, release
+from tests.addon.photographs.test_photographs import fail_everywhere, refused, remember
 from tests.addon.work.test_at_every_tick import driven
-from tests.addon.work.test_failing_operators import _Injection as Injection
 
 SIZE = flat_files.SIZE
 SIDE = np.array([0.3, -0.25, 0.25])         # 57 degrees from the normal
@@ -55,18 +54,12 @@ def scene(blender):
 @pytest.fixture(autouse=True)
 def measured_once(extension, monkeypatch):
     """What the same description says is measured once for all tests."""
-    work = extension.addon.photographs.work
+    def key(arguments):
+        paths = arguments[0] if isinstance(arguments[0], list) else ()
+        return repr(arguments), *(Path(path).read_text("utf-8") for path in paths)
 
-    def remembering(function):
-        def once(*arguments):
-            paths = arguments[0] if function.__name__ == "find_sample_description" else ()
-            key = function.__name__, repr(arguments), *(Path(path).read_text("utf-8") for path in paths)
-            if key not in _measured:
-                _measured[key] = function(*arguments)
-            return _measured[key]
-        return once
-    for name in ("find_sample_description", "measure_sample"):
-        monkeypatch.setattr(work, name, remembering(getattr(work, name)))
+    work = extension.addon.photographs.work
+    remember(monkeypatch, work, ("find_sample_description", "measure_sample"), _measured, key)
 
 
 _measured = {}
@@ -187,15 +180,6 @@ def test_a_tile_lies_where_it_was_cut_and_repeats(scene, sample, written):
     np.testing.assert_allclose(uv, [[0, 0], [1, 0], [1, 1], [0, 1]], atol=1e-6)
 
 
-def refused(message, function):
-    """An operator reports an error in one line, and the .blend is as it was."""
-    before = whole_state()
-    with pytest.raises(RuntimeError, match=message) as error:
-        function()
-    assert len(str(error.value).strip().removeprefix("Error: ").splitlines()) == 1
-    assert whole_state() == before
-
-
 @pytest.mark.parametrize(("change", "message"), [
     ([("width = 0.1", "width = 0.3")], "other.toml: sample.corners .*a rectangle of 0.3 x 0.08 m"),
     ([("width = 0.1", "width = -1"), ("texels = 24", "texels = 'x'")],
@@ -208,7 +192,7 @@ def test_a_description_that_cannot_be_makes_no_scene(scene, written, change, mes
     """One that is wrong in two places says both."""
     saved_samples.write(BRUSHED, written.with_name("brushed.npz"))
     path = changed(written, *change)
-    refused(message, lambda: bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(path)))
+    refused(bpy.ops.measured_brdf.measure_sample_photographs, message, filepath=str(path))
 
 
 def test_materials_are_looked_at_before_any_is_fitted(extension, written, monkeypatch):
@@ -237,7 +221,7 @@ def test_what_cannot_be_measured_leaves_the_blend_as_it_was(scene, written, miss
         settings.first, message = plain, "'plain' is not a measured material"
     else:
         settings.first, message = brushed, "anisotropic"
-    refused(message, bpy.ops.measured_brdf.measure_sample)
+    refused(bpy.ops.measured_brdf.measure_sample, message)
 
 
 def shuffled(path):
@@ -302,18 +286,7 @@ def test_an_error_anywhere_changes_nothing(scene, few, capfd, compared_at_once, 
         settings.tile, settings.texels = name == "tile", 20
         settings.camera.location.x += 0.01
         settings.photographs[1].used = False
-    before, places = whole_state(), []
-    for at in range(1, 200, step):
-        injection, result = Injection(at), None
-        with contextlib.suppress(RuntimeError), injection:
-            result = run()
-        if injection.where is None:
-            break
-        places.append(injection.where)
-        assert whole_state() == before, injection.where
-    assert result == {"FINISHED"}
-    assert whole_state() != before
-    assert len(places) > 10 / step
+    assert len(fail_everywhere(run, step)) > 10 / step
     capfd.readouterr()
 
 
@@ -349,4 +322,4 @@ def test_without_the_slice_that_mixes_it_says_so(scene, few, monkeypatch):
 
     bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(few))
     monkeypatch.setattr(mixing, "mixes", mixing.Mixes())
-    refused("that mixes materials is not there", bpy.ops.measured_brdf.measure_sample)
+    refused(bpy.ops.measured_brdf.measure_sample, "that mixes materials is not there")

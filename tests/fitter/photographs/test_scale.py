@@ -33,7 +33,7 @@ def test_a_card_tells_it_too():
     normal = (0, -np.sin(np.pi / 3), np.cos(np.pi / 3))
     radiance = np.full((7, 3), 0.18 / np.pi * 0.5 / 4) * [4, 2, 1]
     np.testing.assert_allclose(intensity_of_card(radiance, (0, 0, 0), normal, (0, 0, 2), 0.18, "card"), [4, 2, 1])
-    with pytest.raises(fitter.DatasetError, match="^card: the card does not face the lamp"):
+    with pytest.raises(fitter.DatasetError, match=r"^card: the card does not face the lamp"):
         intensity_of_card(radiance, (0, 0, 0), (0, 0, -1), (0, 0, 2), 0.18, "card")
 
 

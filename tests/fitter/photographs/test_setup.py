@@ -154,14 +154,9 @@ def test_what_a_file_says_of_the_camera_is_read(openimageio, tmp_path):
 @pytest.mark.parametrize("depth", ["uint8", "uint16", "float"])
 def test_values_are_what_the_file_says_whatever_its_depth(openimageio, tmp_path, name, said, is_bent, depth):
     """Against the formula of IEC 61966-2-1. TIFF of 8 bits that says nothing is sRGB; PNG and EXR have some depths."""
-    import OpenImageIO
-
     depth = "half" if name == "a.exr" else "uint16" if name == "a.png" and depth == "float" else depth
-    file = OpenImageIO.ImageBuf(np.full((4, 6, 3), 0.5, np.float32))
-    if said:
-        file.specmod().attribute("oiio:ColorSpace", said)
-    file.set_write_format(depth)
-    assert file.write(str(tmp_path / name))
+    attributes = {"oiio:ColorSpace": said} if said else {}
+    ball_files.write_picture(tmp_path / name, np.full((4, 6, 3), 0.5), depth, **attributes)
     picture = read_picture(tmp_path / name)
     is_bent |= (name, said, depth) == ("a.tif", "", "uint8")
     expected = ((0.5 + 0.055) / 1.055) ** 2.4 if is_bent else 0.5
@@ -233,11 +228,10 @@ def test_that_a_file_has_further_parts_and_is_to_be_turned_is_told(openimageio, 
 
     written = ball_files.write(tmp_path, ball_scene.satin(), scenes)
     first = OpenImageIO.ImageBuf(str(tmp_path / "lamp1.exr")).get_pixels("float")
-    spec = OpenImageIO.ImageSpec(80, 80, 3, "float")
+    spec, second = (OpenImageIO.ImageSpec(80, 80, 3, "float") for _ in range(2))
     spec.attribute("Orientation", 6)
-    spec.attribute("oiio:subimagename", "one")
-    second = OpenImageIO.ImageSpec(80, 80, 3, "float")
-    second.attribute("oiio:subimagename", "two")
+    for number, each in enumerate((spec, second)):
+        each.attribute("oiio:subimagename", str(number))
     file = OpenImageIO.ImageOutput.create(str(tmp_path / "lamp1.exr"))
     assert file.open(str(tmp_path / "lamp1.exr"), (spec, second))
     assert file.write_image(first)
@@ -249,8 +243,7 @@ def test_that_a_file_has_further_parts_and_is_to_be_turned_is_told(openimageio, 
     assert "lamp1.exr: the first of several parts is read" in said
     assert "lamp1.exr: EXIF says that viewers show it turned by 90 degrees clockwise. It is read as the sensor" in said
     assert off(fitter.load(tmp_path / "ball.npz"), ball_scene.satin()) < 0.02
-    text = written.read_text().replace("[ball]\n", "[ball]\nmask = 'mask.png'\n")
-    written.write_text(text)
+    written.write_text(written.read_text().replace("[ball]\n", "[ball]\nmask = 'mask.png'\n"))
     ball_files.write_picture(tmp_path / "mask.png", np.ones((80, 80, 3)), Orientation=3)
     assert cli.main(["photographs", str(written), "-o", str(tmp_path / "ball.npz")]) == 1
     assert "mask.png: EXIF says that viewers show this mask turned" in capsys.readouterr().err
@@ -298,14 +291,14 @@ def test_what_is_wrong_is_named_by_file_and_key(written, tmp_path, old, new, mes
 
 def test_all_that_is_wrong_is_said_at_once(tmp_path):
     (tmp_path / "setup.toml").write_text(
-        "pencil = 1\n[camera]\nposition = [0, 1]\n[ball]\nradius = -1\n[scale]\nalbedo = 50\n[[photograph]]\n"
+        "pencil = 1\n[camera]\nposition = [0, 1]\n[ball]\nradius = -1\n[scale]\nalbedo = 1.01\n[[photograph]]\n"
         "files = 'a.exr'\nlamp = [0, 1, 2]\n[[photograph]]\nfiles = 'b.exr'\nexposures = [1, 2]\n"
         "lamp = [0, 0, 1]\n")
     with pytest.raises(fitter.DatasetError) as error:
         measure(tmp_path)
     assert str(error.value).count("setup.toml: ") == 1
     for line in ("pencil is not known", "camera.position is [0, 1], expected 3 numbers", "ball.radius is -1",
-                 "scale.albedo is 50, expected more than 0 and at most 1",
+                 "scale.albedo is 1.01, expected more than 0 and at most 1",
                  "photograph 2.exposures is [1.0, 2.0], expected 1 numbers"):
         assert line in str(error.value)
 
