@@ -71,13 +71,6 @@ class SampleResult(NamedTuple):
     intensities: dict[str, FloatArray]      # of the lamps, by the names of photographs, W/sr in units of the pictures
 
 
-class SampleDescription(NamedTuple):
-    """A description of a flat sample whose places are numbers, and the materials that it names, fitted."""
-
-    resolved: Resolved
-    materials: list[Outcome]
-
-
 def translate_keys(text: str) -> str:
     """A message with the names that the panel has, in the place of keys of a description."""
     for key, name in _IN_PANEL.items():
@@ -110,8 +103,9 @@ def find_description(paths: Sequence[str], radius: float, distance: float, count
 
 
 def find_sample_description(paths: Sequence[str], width: float, count: int, arguments: Arguments,
-                            how: Arguments) -> SampleDescription:
-    """The description of a flat sample that a file is, or a folder has; else one of light positions or pictures.
+                            how: Arguments) -> tuple[Resolved, list[Outcome]]:
+    """The description of a flat sample that a file is, or a folder has, and the materials that it names, fitted; else
+    one of light positions or pictures.
 
     Then it fills the pictures, is so many metres wide, and its albedo is a guess; the camera looks straight down.
     `arguments` are of fits, `how` keyword arguments of `fitter.load`.
@@ -128,7 +122,7 @@ def find_sample_description(paths: Sequence[str], width: float, count: int, argu
         found = resolve(setup)
     with progress.part(0.3, 1.0):
         named = found.setup.materials
-        return SampleDescription(found, _fit_materials(named, arguments, how) if isinstance(named, tuple) else [])
+        return found, _fit_materials(named, arguments, how) if isinstance(named, tuple) else []
 
 
 def _fill_pictures(paths: Sequence[str], path: Path, width: float, count: int) -> CaptureSetup:

@@ -24,25 +24,17 @@ class Part(NamedTuple):
     side: int
 
 
-class ComparedPhotograph(NamedTuple):
-    """The only photograph of a description, which is compared."""
-
-    radiance: RealArray     # (h, w, channels)
-    counted: BoolArray      # (h, w)
-    part: Part
-
-
-def read_compared(setup: CaptureSetup) -> ComparedPhotograph:
-    """The only photograph of a description, and the part of it that the ball or the sample takes."""
+def read_compared(setup: CaptureSetup) -> tuple[RealArray, BoolArray, Part]:
+    """The only photograph of a description, (h, w, channels), which of its pixels count, (h, w), and the part that the
+    ball or the sample takes."""
     if setup.ball is not None:
         (shot,), _ = read_photographs(setup)
-        return ComparedPhotograph(shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask,
-                                  _ball_part(shot))
+        return shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask, _ball_part(shot)
     light = Pictures(setup).lamp_light(setup.photographs[0], "files")
     size = light.radiance.shape[0], light.radiance.shape[1]
     corners, mask = corner_places(setup.need_sample(), size), read_mask(setup.need_sample(), size)
-    return ComparedPhotograph(light.radiance, light.known & polygon_mask(corners, size) & (mask is None or mask),
-                              _part_around(corners))
+    counted = light.known & polygon_mask(corners, size) & (mask is None or mask)
+    return light.radiance, counted, _part_around(corners)
 
 
 def _ball_part(photograph: BallPhotograph) -> Part:

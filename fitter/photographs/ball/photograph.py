@@ -159,13 +159,10 @@ def measure_pixels(photograph: BallPhotograph) -> PixelReflectances:
     seen_well = BallPixels(lit.pixel[good], select_directions(lit.directions, good), lit.irradiance[good], lit.grain)
     value = radiance[seen_well.pixel] / (photograph.intensity * seen_well.irradiance[:, None])
     relative = noise[good].mean(axis=1) / neighbours[good].mean(axis=1)
-    return PixelReflectances(seen_well, value, np.hypot(relative, _place_error(seen_well)), int((~good).sum()))
-
-
-def _place_error(pixels: BallPixels) -> FloatArray:
-    """What small errors of the ball's and the lamp's place do to the cosine of incidence, relative to it: (n,)."""
-    turned = _PLACED * pixels.grain / np.cos(pixels.directions[2])      # of the normal
-    return np.asarray(np.tan(pixels.directions[0]) * np.hypot(turned, _AIMED))
+    # what small errors of the ball's and the lamp's place do to the normal, and to the cosine of incidence
+    turned = np.hypot(_PLACED * seen_well.grain / np.cos(seen_well.directions[2]), _AIMED)
+    deviation = np.hypot(relative, np.tan(seen_well.directions[0]) * turned)
+    return PixelReflectances(seen_well, value, deviation, int((~good).sum()))
 
 
 def mean_of_neighbours(picture: RealArray) -> FloatArray:

@@ -1,8 +1,8 @@
 """Maps of a flat sample as pictures of 16 bits: masks, and a normal map.
 
 A mask is white where the weight of its material is as large as nearly all are at most; what that is, stands in the
-report. The normal
-map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
+report. The normal map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out
+of the surface.
 """
 
 import re
@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,16 +33,10 @@ _WEIGHED = 4000             # texels whose reflectance is looked at
 _JUDGED = 120               # texels by which photographs are judged
 
 
-class Layers(NamedTuple):
-    """Weights as materials that lie upon one another, 0 to 1, the top row of the picture first."""
-
-    masks: FloatArray           # the share of each but the first, upon those before it: (h, w, materials - 1)
-    brightness: FloatArray      # the sum of the weights, over `most`, 1 at most: (h, w)
-    most: float                 # what nearly all sums are below: a few texels, as of a glint, may be brighter
-
-
-def layers(weights: FloatArray) -> Layers:
-    """The layers that have weights (h, w, materials).
+def layers(weights: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Weights (h, w, materials) as layers that lie upon one another: the share of each but the first upon those before
+    it, (h, w, materials - 1), the sum of the weights over that which nearly all are below, (h, w), both 0 to 1 and the
+    top row of the picture first, and the latter: a few texels, as of a glint, may be brighter.
 
     Examples
     --------
@@ -54,7 +47,7 @@ def layers(weights: FloatArray) -> Layers:
     sums = np.cumsum(weights, axis=2)[::-1]
     masks = weights[::-1, :, 1:] / np.where(sums[..., 1:] > 0, sums[..., 1:], 1.0)
     most = white(sums[..., -1])
-    return Layers(masks, np.minimum(sums[..., -1] / most, 1), most)
+    return masks, np.minimum(sums[..., -1] / most, 1), most
 
 
 def white(weights: FloatArray) -> float:

@@ -206,21 +206,14 @@ def test_materials_are_looked_at_before_any_is_fitted(extension, written, monkey
         work.find_sample_description([str(path)], 0.1, 0, {}, {"colours": "Rec.709"})
 
 
-@pytest.mark.parametrize("missing", ["file", "material", "plain", "lamp"])
-def test_what_cannot_be_measured_leaves_the_blend_as_it_was(scene, written, missing):
-    plain, brushed = bpy.data.materials.new("plain"), stage.material_for(brushed_fit())
+@pytest.mark.parametrize(("spoil", "message"), [
+    (lambda made: setattr(made.photographs[2].files[0], "filepath", "/lamp33.exr"), "lamp33.exr: cannot be read"),
+    (lambda made: setattr(made, "first", bpy.data.materials.new("plain")), "'plain' is not a measured material"),
+    (lambda made: setattr(made, "first", stage.material_for(brushed_fit())), "anisotropic")],
+    ids=["file", "plain", "anisotropic"])
+def test_what_cannot_be_measured_leaves_the_blend_as_it_was(scene, written, spoil, message):
     bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(without_materials(written)))
-    settings = bpy.context.scene.measured_brdf_photographs
-    if missing == "file":
-        settings.photographs[2].files[0].filepath = str(written.with_name("lamp33.exr"))
-        message = "lamp33.exr: cannot be read"
-    elif missing == "lamp":
-        settings.photographs[2].lamp.location = 0, 0, -1
-        message = "lamp is behind the sample"
-    elif missing == "plain":
-        settings.first, message = plain, "'plain' is not a measured material"
-    else:
-        settings.first, message = brushed, "anisotropic"
+    spoil(bpy.context.scene.measured_brdf_photographs)
     refused(bpy.ops.measured_brdf.measure_sample, message)
 
 
