@@ -99,10 +99,14 @@ def _side(axis: int, name: str, default: str) -> Any:
                          description=f"Of the sample{default}")
 
 
+def _is_fitted(_settings: Any, made: bpy.types.Material) -> bool:
+    return material.is_measured(made)
+
+
 def _material(number: int) -> Any:
     return PointerProperty(name=f"Material {number}", type=bpy.types.Material, description=(
         "A measured material of this file that the sample is a mix of. Where none is chosen they are found in the "
-        "photographs"), poll=lambda _, made: material.is_measured(made))
+        "photographs"), poll=_is_fitted)
 
 
 class MeasuredPhotographs(bpy.types.PropertyGroup):

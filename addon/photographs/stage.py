@@ -14,13 +14,7 @@ from mathutils import Matrix, Vector
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs.capture import Resolved
-from ...fitter.photographs.description.capture_setup import (
-    BallSetup,
-    CameraSetup,
-    CaptureSetup,
-    SampleSetup,
-    Shot,
-)
+from ...fitter.photographs.description.capture_setup import BallSetup, CameraSetup, CaptureSetup, SampleSetup, Shot
 from ...fitter.photographs.rig import camera as cameras
 from ..core.annotations import not_none
 from ..core.blender import osl_support

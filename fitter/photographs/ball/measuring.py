@@ -17,14 +17,7 @@ from ..pictures.reading import Pictures, read_mask
 from ..rig.ball_finding import brightest, find_ball
 from ..rig.camera import CameraView, field_of_view, orientation
 from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
-from ..rig.scale import (
-    GUESSED,
-    NEAR_NORMAL,
-    SHARE_ANGLES,
-    check_intensity,
-    implausible_light,
-    lamp_intensity,
-)
+from ..rig.scale import GUESSED, NEAR_NORMAL, SHARE_ANGLES, check_intensity, implausible_light, lamp_intensity
 from .photograph import BallPhotograph, measure_pixels
 from .samples import gather_samples, place_photographs
 
