@@ -90,10 +90,8 @@ def read_answer(folder: Path) -> RenderedPair:
 
 
 def sheet(pair: RenderedPair) -> SingleArray:
-    """The photograph beside the render, and below them half of each beside what differs, enlarged `TIMES`.
-
-    Returns (2 size, 2 size, 4) float32, sRGB, the bottom row first.
-    """
+    """The photograph beside the render, and below them half of each beside what differs, enlarged `TIMES`: (2 size, 2
+    size, 4), sRGB, the bottom row first."""
     brightest = pair.photograph[pair.counted].max(axis=1) if pair.counted.any() else np.ones(1)
     white = max(float(np.percentile(brightest, _PERCENTILE)), np.finfo(float).tiny)
     seen, shown = (srgb(each / white * _SHOWN) for each in (pair.photograph, pair.rendered))

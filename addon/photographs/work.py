@@ -249,10 +249,8 @@ def lamps_by(description: Description, name: str, paths: Sequence[str], distance
 
 @_names_of_panel()
 def measure_ball(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> BallResult:
-    """Measure, and fit what was measured, as `measuring.measure_ball` and `tasks.outcome` do.
-
-    The file of the samples is not written; `path` is where it will be.
-    """
+    """Measure, and fit what was measured, as `measuring.measure_ball` and `tasks.outcome` do. The file of the samples
+    is not written; `path` is where it will be."""
     with progress.part(0.0, 0.4, "Measuring"):
         measured = measuring.measure_ball(parsing.parse(description, name))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):

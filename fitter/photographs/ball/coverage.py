@@ -57,10 +57,7 @@ def difference_angle(directions: Directions) -> FloatArray:
 
 
 def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
-    """Which pairs of directions have a sample near, itself, mirrored, or with its directions exchanged: (n,) bool.
-
-    The samples are isotropic.
-    """
+    """Which pairs of directions have an isotropic sample near, mirrored, or with its directions exchanged: (n,)."""
     theta_i, theta_o = (np.concatenate(both) for both in ((samples.theta_i, samples.theta_o),
                                                           (samples.theta_o, samples.theta_i)))
     azimuth = np.tile(fold_azimuth(samples.phi_o - samples.phi_i), 2)

@@ -75,8 +75,7 @@ def read_photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[s
 
 
 def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]) -> Scene:
-    """The scene of a ball, which photographs show in this light: by its outline if nobody says where ball or camera
-    is."""
+    """The scene of a ball: by its outline in photographs of this light if nobody says where ball or camera is."""
     ball, (height, width, _) = setup.need_ball(), lights[0].radiance.shape
     centre, radius = np.zeros(3) if ball.place is None else ball.place, ball.radius or RADIUS
     position, notes = setup.camera.position, tuple[str, ...]()
@@ -98,10 +97,8 @@ def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]
 
 
 def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArray:
-    """The intensity of a lamp in a photograph of a matte ball of known albedo, whatever that says of it: (channels,).
-
-    What each pixel shows is weighed by the light that falls there.
-    """
+    """The intensity of a lamp, (channels,), in a photograph of a matte ball of known albedo, whatever that says of it;
+    what each pixel shows is weighed by the light that falls there."""
     ball = measure_pixels(photograph)
     upright = (ball.seen.directions[0] < NEAR_NORMAL) & (ball.seen.directions[2] < NEAR_NORMAL)
     if not upright.any():

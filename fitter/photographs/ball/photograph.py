@@ -102,9 +102,7 @@ class BallPixels(NamedTuple):
 
 def visible_pixels(photograph: BallPhotograph) -> BallPixels:
     """The pixels that see a point of the ball which the whole lamp lights, none of it steeper than `STEEPEST`.
-
-    Raises DatasetError if there is none; the message says why.
-    """
+    DatasetError, which says why, if there is none."""
     axis, distance, limb = photograph.sight
     rays = photograph.rays.reshape(-1, 3)
     size = pixel_angle(photograph.rays)
@@ -140,10 +138,7 @@ class PixelReflectances(NamedTuple):
 
 
 def measure_pixels(photograph: BallPhotograph) -> PixelReflectances:
-    """The reflectance at the pixels of a photograph that are neither saturated, dark nor masked.
-
-    Raises DatasetError if there is none.
-    """
+    """The reflectance at pixels that are neither saturated, dark nor masked. DatasetError if there is none."""
     lit = visible_pixels(photograph)
     radiance = photograph.radiance.reshape(-1, photograph.radiance.shape[2])
     neighbours = mean_of_neighbours(photograph.radiance).reshape(radiance.shape)[lit.pixel]
@@ -172,10 +167,8 @@ def mean_of_neighbours(picture: RealArray) -> FloatArray:
 
 
 def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
-    """The standard deviation of pixels (n,), from what each differs from its neighbours by: (n, channels).
-
-    It is a share of the brightness, the median over the ball, and what the pixels beside the ball have.
-    """
+    """The standard deviation of pixels (n,) by their difference from their neighbours: (n, channels). It is a share of
+    the brightness, the median over the ball, and what the pixels beside the ball have."""
     channels = photograph.radiance.shape[2]
     neighbours = mean_of_neighbours(photograph.radiance).reshape(-1, channels)
     residual = np.abs(photograph.radiance.reshape(-1, channels) - neighbours) * TO_SIGMA / np.sqrt(1.25)

@@ -29,9 +29,8 @@ _OF_BALL = 0.5              # a mask with a smaller share of the pixels around a
 def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
     """Photographs with the ball where its outline is, seen from each place in all photographs of it together.
 
-    A pixel is a degree of its normals, or several where they graze, and a tape measure or a hand in the window does not
-    place a ball as well as its outline does. Where less than half of that is seen, the ball stays where it was said to
-    be; where it is farther away than `MOVED` pixels, `check_outline` has refused it.
+    A pixel is a degree of its normals or several, and a tape measure does not place a ball as well. Where less than
+    half of the outline is seen, the ball stays where it was said to be.
     """
     moved = list(photographs)
     together: dict[tuple[object, ...], list[int]] = {}
@@ -72,10 +71,8 @@ def _profile(v: FloatArray, photograph: BallPhotograph) -> Profile:
 
 
 def check_outline(photograph: BallPhotograph) -> None:
-    """Compare the outline in a photograph, where the ball is lit there, with where the ball is said to be.
-
-    Raises DatasetError if much of it is more than `MOVED` pixels off.
-    """
+    """Raise DatasetError if much of the outline in a photograph, where the ball is lit there, is more than `MOVED`
+    pixels from where the ball is said to be."""
     axis, _, gamma = photograph.sight
     size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)
     v = axis / np.cos(gamma)

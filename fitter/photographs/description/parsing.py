@@ -139,10 +139,8 @@ class _Parser:
 
 
 def _add_light_positions(setup: CaptureSetup) -> CaptureSetup:
-    """A description whose photographs have the directions of its `lamp.positions`, in the camera's axes.
-
-    Where it has no photographs they are those of the file, or all pictures beside it.
-    """
+    """A description whose photographs have the directions of its `lamp.positions`, in the camera's axes: by default
+    those of the file, or all pictures beside it."""
     file = (setup.lamp.positions or ())[0]
     found = light_positions.read(file)
     notes, shots = [*setup.notes], setup.photographs

@@ -64,10 +64,7 @@ def normal_map(maps: Maps) -> FloatArray:
 
 
 def png(values: FloatArray) -> bytes:
-    """A file of values, 0 to 1, (h, w) or (h, w, 3), as integers of 16 bits.
-
-    Raises ImportError if OpenImageIO is absent.
-    """
+    """A file of values, 0 to 1, (h, w) or (h, w, 3), as integers of 16 bits. ImportError without OpenImageIO."""
     try:
         import OpenImageIO
     except ImportError as error:
@@ -138,11 +135,8 @@ def check_folder(folder: str | Path) -> None:
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
-    """Write masks, normal map, fits and a report of these lines to a folder, which is made: the names of the files.
-
-    They take the place of those of an earlier run, as `files.replacing_together` does it. Raises OSError, or
-    ImportError if OpenImageIO is absent.
-    """
+    """Write masks, normal map, fits and a report of these lines to a folder, which is made, in the place of those of an
+    earlier run: the names of the files. Raises OSError, or ImportError without OpenImageIO."""
     most = white(maps.weights.max(axis=2))
     told = [*lines, f"White in a mask is a weight of {most:.6g}"]
     with replace_folder(Path(folder)) as part:

@@ -223,9 +223,7 @@ def check_materials(materials: Sequence[Fit | Samples], channels: int) -> None:
 
 def sample_frame(corners: FloatArray, photographs: Sequence[FlatPhotograph]) -> FloatArray:
     """The axes of a sample: along its rows, along its columns nearly, and its normal toward the camera; rows of (3, 3).
-
-    Raises DatasetError as `maps_from_flat` does.
-    """
+    Raises DatasetError as `maps_from_flat` does."""
     name = photographs[0].name
     if corners.shape != (4, 3) or not np.isfinite(corners).all():
         raise DatasetError(f"corners of the shape {corners.shape} found, expected four points (4, 3)", name)
@@ -297,11 +295,10 @@ def _points_in_sample(corners: FloatArray, v: FloatArray, u: FloatArray) -> Floa
 
 
 def smooth_slopes(slopes: FloatArray, precision: FloatArray, known: BoolArray) -> FloatArray:
-    """Slopes (h, w, 2) that are their neighbours' as far as they are not known themselves.
+    """The most probable slopes (h, w, 2), where those of neighbours differ by as much as they do beyond what their
+    uncertainty makes: they are their neighbours' as far as they are not known themselves.
 
-    The most probable ones, where those of neighbours differ by as much as they do beyond what their uncertainty makes:
-    the precision (h, w, 2, 2) is the inverse of their covariance, and how much neighbours differ is found where
-    photographs tell of them, (h, w).
+    The precision (h, w, 2, 2) is the inverse of their covariance; `known` is where photographs tell of them, (h, w).
     """
     pairs_known = np.concatenate([(known[1:] & known[:-1]).ravel(), (known[:, 1:] & known[:, :-1]).ravel()])
     if not pairs_known.any():

@@ -79,11 +79,8 @@ def shading_geometry(points: FloatArray, camera: FloatArray, lamp: FloatArray,
 
 
 def observe(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: FloatArray) -> Observed:
-    """What points (n, 3) of a plane with this normal, (3,), show in photographs.
-
-    They do not count where they are outside the picture, masked, saturated, or where lamp or camera stand more than
-    `STEEPEST` from the plane's normal.
-    """
+    """What points (n, 3) of a plane with this normal, (3,), show in photographs. They do not count outside the picture,
+    masked, saturated, or where lamp or camera stand more than `STEEPEST` from the normal."""
     camera, lamp, intensity = (np.array([getattr(each, name) for each in photographs])
                                for name in ("camera", "lamp", "intensity"))
     seen = shading_geometry(points, camera, lamp, intensity)
@@ -155,11 +152,9 @@ def find_pixels(rays: FloatArray, toward: FloatArray) -> FloatArray:
 
 
 def pixel_corners(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """The first of the four pixels around each place, the shares of the others along both axes, and which are inside:
-    within a pixel's width of the outermost ones' centres, since a sample may fill its pictures.
-
-    Those outside are moved to the edge.
-    """
+    """The first of the four pixels around each place, which is moved to the edge from outside, the shares of the others
+    along both axes, and which are inside: within a pixel of the outermost centres, since a sample may fill its
+    pictures."""
     last = np.array(size) - 1
     held = np.clip(place, 0, last)
     corner = np.minimum(held.astype(int), last - 1)

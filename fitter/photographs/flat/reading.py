@@ -82,8 +82,7 @@ def read_sample(setup: CaptureSetup) -> Flat:
 
 
 def locate_sample(setup: CaptureSetup, pictures: Pictures) -> Scene:
-    """The scene of a flat sample: the camera by its corners; photographs whose chrome ball shows no lamp are left
-    out."""
+    """The scene of a flat sample, the camera by its corners, without photographs whose chrome ball shows no lamp."""
     sample, size = setup.need_sample(), pictures.size
     whole, middle = _rectangle(sample), MeasuredPlace(np.zeros(3), float(np.hypot(sample.width, sample.height)))
     places = corner_places(sample, size)
@@ -122,10 +121,8 @@ def _rectangle(sample: SampleSetup) -> FloatArray:
 
 
 def order_corners(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
-    """Corners in the order of a description, (4, 2), in pixels of a picture of this height and width.
-
-    They are given in any order, as `to_pixels` takes places. What is lowest there is the sample's lower edge.
-    """
+    """Corners in the order of a description, (4, 2), pixels, of those in any order that `to_pixels` takes: what is
+    lowest there is the sample's lower edge."""
     off = corners - corners.mean(axis=0)
     around = corners[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
     # the edges from the first to the second and from the fourth to the third run to the right
@@ -159,10 +156,8 @@ def corner_places(sample: SampleSetup, size: tuple[int, int]) -> FloatArray:
 
 
 def _fill_rim(lights: list[Light], toward: FloatArray, position: FloatArray, half: FloatArray) -> list[Light]:
-    """The same, but pixels that see the sample's edge, or what is right beside it, have what is seen as far within it.
-
-    `half` is of the sample's width and height. Copies of one pixel would look saturated, mirror images do not.
-    """
+    """Light whose pixels that see the sample's edge, or what is right beside it, have what is seen as far within it:
+    copies of one pixel would look saturated, mirror images do not. `half` is of the sample's width and height."""
     step = _EDGE * pixel_angle(toward) * float(position @ position) / position[2]
     seen = (position - toward * (position[2] / np.minimum(toward[..., 2:], -1e-9)))[..., :2]
     within = np.clip(seen, *(sign * np.maximum(half - step, 0) for sign in (-1, 1)))

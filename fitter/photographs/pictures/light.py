@@ -98,10 +98,8 @@ def middle_part(size: tuple[int, ...]) -> tuple[slice, slice]:
 
 
 def divide_flat(light: Light, flat: Light, middle: RealArray) -> Light:
-    """Light without the vignetting that a photograph of an evenly bright surface shows.
-
-    What the middle of the picture shows stays as it is: `middle`, (channels,), is what the even surface shows there.
-    """
+    """Light without the vignetting that a photograph of an evenly bright surface shows, in whose middle this is
+    `middle`, (channels,): what is seen there stays as it is."""
     share = flat.radiance / np.where(middle > 0, middle, 1)
     seen = flat.known & (share > 0).all(axis=2)
     share = np.where(seen[..., None], share, 1.0)

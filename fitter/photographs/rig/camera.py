@@ -68,10 +68,8 @@ def rays_through(places: FloatArray, size: tuple[int, int], angle: float) -> Flo
 
 
 def orientation(camera: CameraSetup, middle: ArrayLike) -> FloatArray:
-    """The orientation of a camera, as `CameraView` has it, that by default looks at the middle of what is measured.
-
-    One that is far by default looks along -z, with y up: the scene has the axes of its pictures.
-    """
+    """The orientation of a camera, as `CameraView` has it: by default it looks at the middle of what is measured, and
+    one that is far along -z, with y up, so that the scene has the axes of its pictures."""
     def default_to(value: FloatArray | None, default: ArrayLike) -> ArrayLike:
         return default if value is None else value
 

@@ -47,10 +47,8 @@ class Highlight(NamedTuple):
     direction: FloatArray   # unit vector: (3,)
 
     def lamp(self, middle: FloatArray, distance: float | None) -> LampPlace:
-        """The lamp on the line that is so far from a place, (3,), metres, or far away.
-
-        Raises DatasetError if the distance is less than that of the ball.
-        """
+        """The lamp on the line that is so far from a place, (3,), metres, or far away. DatasetError if the ball is
+        farther."""
         if distance is None:
             return LampPlace(self.direction, True)
         off = self.point - middle
