@@ -12,6 +12,7 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.photographs.capture import Resolved
+from ...fitter.photographs.description.capture_setup import CaptureSetup
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import osl_support, targets
@@ -148,15 +149,17 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        find = measuring.find_outline if photographs.get(scene).ball else measuring.camera_by_corners
-        return process.Calculation(partial(find, describing.describe_scene(scene, whole=False), scene.name))
+        return process.Calculation(partial(measuring.find_places, describing.describe_scene(scene, whole=False),
+                                           scene.name))
 
-    def apply(self, _context: bpy.types.Context, found: Any) -> None:
+    def apply(self, _context: bpy.types.Context, found: CaptureSetup) -> None:
         settings = photographs.get(self.scene())
+        place: Any = found.camera.position if settings.ball is None else found.need_ball().centre
         if settings.ball is None:
-            settings.camera.matrix_basis, moved, place = stage.camera_pose(found), "camera", found.position
+            settings.camera.matrix_basis = stage.camera_pose(found.camera)
         else:
-            settings.ball.location, moved, place = found, "ball", found
+            settings.ball.location = place
+        moved = "camera" if settings.ball is None else "ball"
         self.report({"INFO"}, "The {} is at {:.4f}, {:.4f}, {:.4f} m".format(moved, *place))
 
 

@@ -210,16 +210,10 @@ def _lens(said: PictureInfo) -> dict[str, float]:
 
 
 @_names_of_panel()
-def find_outline(description: Description, name: str) -> list[float]:
-    """Where the ball of a description is, by its outline in the photographs."""
-    ball = {**description["ball"], "centre": "outline"}
-    return np.asarray(resolve(parsing.parse({**description, "ball": ball}, name)).setup.need_ball().centre).tolist()
-
-
-@_names_of_panel()
-def camera_by_corners(description: Description, name: str) -> CameraSetup:
-    """Where the camera of a flat sample was, by its corners."""
-    return resolve(parsing.parse(description, name)).setup.camera
+def find_places(description: Description, name: str) -> CaptureSetup:
+    """A description with the ball by its outline in the photographs, or the camera by the corners of a flat sample."""
+    ball = {"ball": {**description["ball"], "centre": "outline"}} if "ball" in description else {}
+    return resolve(parsing.parse({**description, **ball}, name)).setup
 
 
 @_names_of_panel()

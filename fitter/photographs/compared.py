@@ -7,7 +7,6 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 from .ball.measuring import read_photographs
-from .ball.photograph import BallPhotograph
 from .description.capture_setup import CaptureSetup
 from .flat.reading import corner_places
 from .pictures.reading import Pictures, polygon_mask, read_mask
@@ -29,21 +28,18 @@ def read_compared(setup: CaptureSetup) -> tuple[RealArray, BoolArray, Part]:
     ball or the sample takes."""
     if setup.ball is not None:
         (shot,), _ = read_photographs(setup)
-        return shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask, _ball_part(shot)
+        axis, _, limb = shot.sight
+        places = np.argwhere(shot.rays @ axis > np.cos(limb))[:, ::-1]
+        if not len(places):
+            raise DatasetError("no pixel sees the ball: it is not in the picture", shot.name)
+        counted = np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask
+        return (shot.radiance, counted,
+                _part_around(np.concatenate([places, places + 1]), 2 * limb / pixel_angle(shot.rays)))
     light = Pictures(setup).lamp_light(setup.photographs[0], "files")
     size = light.radiance.shape[0], light.radiance.shape[1]
     corners, mask = corner_places(setup.need_sample(), size), read_mask(setup.need_sample(), size)
     counted = light.known & polygon_mask(corners, size) & (mask is None or mask)
     return light.radiance, counted, _part_around(corners)
-
-
-def _ball_part(photograph: BallPhotograph) -> Part:
-    """The part of a photograph that the ball takes. DatasetError if it is not in the picture."""
-    axis, _, limb = photograph.sight
-    places = np.argwhere(photograph.rays @ axis > np.cos(limb))[:, ::-1]
-    if not len(places):
-        raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
-    return _part_around(np.concatenate([places, places + 1]), 2 * limb / pixel_angle(photograph.rays))
 
 
 def _part_around(places: FloatArray, across: float = 0.0) -> Part:

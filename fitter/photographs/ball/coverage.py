@@ -45,9 +45,14 @@ def coverage(samples: Samples) -> Coverage:
     >>> found.incidence, round(found.difference[1], 3), found.gaps
     ((0.0, 68.0), 34.0, ((34.0, 75.0),))
     """
-    angle, pairs = np.degrees(difference_angle(samples.directions)), direction_pairs(_PAIRS)
-    return Coverage(_range(np.degrees(samples.theta_i)), _range(np.degrees(samples.theta_o)), _range(angle),
-                    _gaps(angle), float(are_covered(samples, pairs).mean()))
+    angle = np.degrees(difference_angle(samples.directions))
+    incidence, exitance, difference = ((float(each.min()), float(each.max())) for each in (
+        np.degrees(samples.theta_i), np.degrees(samples.theta_o), angle))
+    inside = np.unique(np.concatenate([[LEAST, MOST], angle[(angle > LEAST) & (angle < MOST)]]))
+    wide = np.flatnonzero(np.diff(inside) > WIDE)
+    gaps = [(round(float(inside[k]), 6), round(float(inside[k + 1]), 6)) for k in wide]
+    return Coverage(incidence, exitance, difference, tuple(sorted(gaps, key=lambda gap: gap[0] - gap[1])),
+                    float(are_covered(samples, direction_pairs(_PAIRS)).mean()))
 
 
 def difference_angle(directions: Directions) -> FloatArray:
@@ -74,15 +79,3 @@ def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
             apart = cosines(probes[inside], theta_i[near], theta_o[near], azimuth[near])
             covered[inside] = (apart > np.cos(REACH)).any(axis=1)
     return covered
-
-
-def _range(angle: FloatArray) -> tuple[float, float]:
-    return float(angle.min()), float(angle.max())
-
-
-def _gaps(angle: FloatArray) -> tuple[tuple[float, float], ...]:
-    """The wide gaps between difference angles in degrees, the widest first."""
-    inside = np.unique(np.concatenate([[LEAST, MOST], angle[(angle > LEAST) & (angle < MOST)]]))
-    wide = np.flatnonzero(np.diff(inside) > WIDE)
-    gaps = [(round(float(inside[k]), 6), round(float(inside[k + 1]), 6)) for k in wide]
-    return tuple(sorted(gaps, key=lambda gap: gap[0] - gap[1]))

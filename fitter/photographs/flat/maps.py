@@ -156,10 +156,10 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
                                texels.used.any(axis=1).reshape(height, width))
         slopes = slopes.reshape(-1, 2)
         weights, far = turned_weights(texels, slopes)
-        for part, exact in zip(_blocks(len(far)), _map_blocks(lambda part: given_normals(
+        if len(far):
+            weights[far] = np.concatenate(_map_blocks(lambda part: given_normals(
                 fits, observe(photographs, points[far[part]], frame[2]), frame, texels.part(far[part]),
-                slopes[far[part]], prior), len(far)), strict=True):
-            weights[far[part]] = exact
+                slopes[far[part]], prior), len(far)))
         progress.report(1.0)
     normals = slopes_to_normals(slopes, frame).reshape(height, width, 3)
     return Maps(fits, weights.reshape(height, width, -1), normals, corners,

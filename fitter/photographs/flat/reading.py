@@ -50,7 +50,7 @@ def read_sample(setup: CaptureSetup) -> Flat:
     """
     pictures, sample = Pictures(setup), setup.need_sample()
     scene = locate_sample(setup, pictures)
-    view, places, whole = scene.view, corner_places(sample, scene.view.size), _rectangle(sample)
+    view, places, whole = scene.view, corner_places(sample, scene.view.size), sample_corners(sample)
     shape = _shape(setup, places, sample.height / sample.width)
     window = _Window.enclosing(view, whole, places, shape, read_mask(sample, view.size))
     lights = [light for light, shot in zip(pictures.read_photographs(window.part, window.reduce), setup.photographs,
@@ -84,7 +84,7 @@ def read_sample(setup: CaptureSetup) -> Flat:
 def locate_sample(setup: CaptureSetup, pictures: Pictures) -> Scene:
     """The scene of a flat sample, the camera by its corners, without photographs whose chrome ball shows no lamp."""
     sample, size = setup.need_sample(), pictures.size
-    whole, middle = _rectangle(sample), MeasuredPlace(np.zeros(3), float(np.hypot(sample.width, sample.height)))
+    whole, middle = sample_corners(sample), MeasuredPlace(np.zeros(3), float(np.hypot(sample.width, sample.height)))
     places = corner_places(sample, size)
     angle = field_of_view(setup.camera, (read_picture_info(each.files[0]) for each in setup.photographs))
     view, off = find_view(setup.camera, places, whole, size, angle)
@@ -114,10 +114,9 @@ def locate_sample(setup: CaptureSetup, pictures: Pictures) -> Scene:
                  [lamp for _, lamp in found if lamp is not None], scale, lit, (*notes, where))
 
 
-def _rectangle(sample: SampleSetup) -> FloatArray:
+def sample_corners(sample: SampleSetup) -> FloatArray:
     """The corners of a sample: (4, 3), metres."""
-    x, y = sample.width / 2, sample.height / 2
-    return np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    return np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * (sample.width / 2, sample.height / 2, 0)
 
 
 def order_corners(corners: FloatArray, size: tuple[int, int]) -> FloatArray:

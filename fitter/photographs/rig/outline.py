@@ -5,8 +5,7 @@ Rays r that touch a ball make the same angle with the direction a to its centre,
     r . a = cos gamma,    sin gamma = radius / distance
 
 With v = a / cos gamma that is r . v = 1, which is linear: least squares find v from rays through the outline, where a
-circle in the picture would be wrong, for perspective makes it an ellipse. `ball_finding` finds a ball, `ball_placing`
-moves it to its outline.
+circle in the picture would be wrong, for perspective makes it an ellipse.
 """
 
 from typing import NamedTuple

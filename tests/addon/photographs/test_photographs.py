@@ -470,7 +470,7 @@ def test_what_is_deleted_while_it_is_measured_is_not_missed(opened, monkeypatch,
 @pytest.fixture
 def once(extension, monkeypatch):
     """What the workers measure, worked out once: the lines of it are not those that fail here."""
-    remember(monkeypatch, extension.addon.photographs.work, ("find_description", "find_outline", "measure_ball"), {})
+    remember(monkeypatch, extension.addon.photographs.work, ("find_description", "find_places", "measure_ball"), {})
 
 
 @pytest.mark.parametrize("name", quick(["measure_photographs", "fit_outline", "measure_ball", "measure_ball again"],
