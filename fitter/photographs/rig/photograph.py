@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -110,6 +110,12 @@ def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> 
              for cross, toward in ((cross_i, light), (cross_o, view))]
     turn = np.arctan2(np.sum(np.cross(cross_i, cross_o) * normal, axis=1), np.sum(cross_i * cross_o, axis=1))
     return theta[0], np.zeros(len(turn)), theta[1], turn
+
+
+def sum_neighbours(picture: RealArray, mode: Literal["constant", "edge"] = "constant") -> FloatArray:
+    """The sum of the four neighbours of each pixel, beyond the picture 0 or its edge: (h, w, channels) to the same."""
+    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode=mode)
+    return np.asarray(padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:])
 
 
 def is_saturated(radiance: RealArray) -> BoolArray:
