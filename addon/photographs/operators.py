@@ -154,13 +154,13 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
 
     def apply(self, _context: bpy.types.Context, found: CaptureSetup) -> None:
         settings = photographs.get(self.scene())
-        place: Any = found.camera.position if settings.ball is None else found.need_ball().centre
-        if settings.ball is None:
-            settings.camera.matrix_basis = stage.camera_pose(found.camera)
-        else:
+        is_ball = settings.ball is not None
+        place: Any = found.need_ball().centre if is_ball else found.camera.position
+        if is_ball:
             settings.ball.location = place
-        moved = "camera" if settings.ball is None else "ball"
-        self.report({"INFO"}, "The {} is at {:.4f}, {:.4f}, {:.4f} m".format(moved, *place))
+        else:
+            settings.camera.matrix_basis = stage.camera_pose(found.camera)
+        self.report({"INFO"}, "The {} is at {:.4f}, {:.4f}, {:.4f} m".format("ball" if is_ball else "camera", *place))
 
 
 class MEASUREDBRDF_OT_place_lamp(_ChoosesFiles, HasPhotographs, bpy.types.Operator):

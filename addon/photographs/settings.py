@@ -45,8 +45,8 @@ _ENCODINGS = ((AS_THE_FILE_SAYS, "As the Files Say", "sRGB where the files say s
               (ENCODINGS[1], "sRGB", "sRGB, whatever the files say"))
 
 
-def _file(name: str, description: str) -> Any:
-    return StringProperty(name=name, subtype="FILE_PATH", options=RELATIVE_PATHS, description=description)
+def _file(name: str, description: str, options: Any = RELATIVE_PATHS) -> Any:
+    return StringProperty(name=name, subtype="FILE_PATH", options=options, description=description)
 
 
 class MeasuredExposure(bpy.types.PropertyGroup):
