@@ -29,8 +29,7 @@ class Coverage(NamedTuple):
     incidence: tuple[float, float]          # the smallest and the largest polar angle of the light
     exitance: tuple[float, float]           # and of the viewer
     difference: tuple[float, float]         # and the smallest and the largest difference angle
-    gaps: tuple[tuple[float, float], ...]
-    """Ranges of the difference angle without samples that are wider than `WIDE`, the widest first."""
+    gaps: tuple[tuple[float, float], ...]   # ranges of that without samples, wider than `WIDE`, the widest first
     share: float     # of pairs of directions, evenly by projected solid angle, those that are covered
 
 

@@ -29,8 +29,7 @@ class BallMeasurement(NamedTuple):
     """What photographs measure."""
 
     samples: Samples
-    photographs: list[BallPhotograph]
-    """The ball is where its outline is, and the lamp has the intensity that belongs to the samples."""
+    photographs: list[BallPhotograph]   # with the ball at its outline, and the intensity that belongs to the samples
     doubts: tuple[str, ...]             # those of the samples' notes which say that something is wrong
 
 

@@ -178,8 +178,7 @@ class _Window(NamedTuple):
     part: Part
     toward: FloatArray                  # the directions in which pixels or texels are seen: (h, w, 3)
     mask: BoolArray | None              # of the pixels of the part that count
-    corners: FloatArray | None = None
-    """The corners of texels, rows and columns of the part's pixels: (h + 1, w + 1, 2)."""
+    corners: FloatArray | None = None   # of texels, rows and columns of the part's pixels: (h + 1, w + 1, 2)
     pixels: int = 1                     # pixels of a texel along both axes
 
     @classmethod

@@ -19,8 +19,7 @@ class CameraView(NamedTuple):
     """A camera and its pictures."""
 
     position: FloatArray        # (3,), metres
-    orientation: FloatArray
-    """The rotation from the camera's axes, x to the right, y up, z backward, to those of the scene: (3, 3)."""
+    orientation: FloatArray     # from its axes, x to the right, y up, z backward, to those of the scene: (3, 3)
     size: tuple[int, int]       # height and width, pixels
     angle: float                # of the width, radians
 
