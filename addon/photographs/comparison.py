@@ -11,7 +11,7 @@ from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging.pictures import srgb
-from ...fitter.photographs.compared import Part, area_means, read_compared, relative_difference
+from ...fitter.photographs.compared import Part, area_means, read_compared
 from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.description.parsing import parse
 from ..core.annotations import not_none
@@ -32,11 +32,6 @@ class RenderedPair(NamedTuple):
     photograph: FloatArray
     rendered: FloatArray
     counted: BoolArray
-
-    @property
-    def difference(self) -> float:
-        """As `relative_difference` defines it."""
-        return relative_difference(*self)
 
 
 def write_request(folder: Path, scene: bpy.types.Scene, description: Description) -> None:

@@ -12,6 +12,7 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.photographs.capture import Resolved
+from ...fitter.photographs.compared import relative_difference
 from ...fitter.photographs.description.capture_setup import CaptureSetup
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
@@ -276,7 +277,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
-        before, difference = shot.comparison, pair.difference
+        before, difference = shot.comparison, relative_difference(*pair)
         judged = photographs.judge_render(shot.name, difference)
         made = comparison.new_image(f"{shot.name} compared", comparison.sheet(pair))
         # no call may follow that can fail: this is not taken back

@@ -19,7 +19,7 @@ import numpy as np
 from ...arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, select_directions
 from ...errors import DatasetError
 from ..rig.camera import pixel_angle
-from ..rig.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, sum_neighbours, to_local_angles
+from ..rig.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, mean_of_neighbours, to_local_angles
 
 LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
 SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
@@ -158,11 +158,6 @@ def measure_pixels(photograph: BallPhotograph) -> PixelReflectances:
     turned = np.hypot(_PLACED * seen_well.grain / np.cos(seen_well.directions[2]), _AIMED)
     deviation = np.hypot(relative, np.tan(seen_well.directions[0]) * turned)
     return PixelReflectances(seen_well, value, deviation, int((~good).sum()))
-
-
-def mean_of_neighbours(picture: RealArray) -> FloatArray:
-    """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
-    return sum_neighbours(picture, "edge") / 4
 
 
 def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:

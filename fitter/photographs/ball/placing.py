@@ -14,7 +14,8 @@ from ...errors import DatasetError
 from ..rig import outline
 from ..rig.camera import pixel_angle
 from ..rig.outline import Outline, Profile, angle_beyond, edge_profile, fit_cone, scatter
-from .photograph import BallPhotograph, mean_of_neighbours, visible_pixels
+from ..rig.photograph import mean_of_neighbours
+from .photograph import BallPhotograph, visible_pixels
 
 MOVED = 2.0                 # pixels by which an outline may be off
 _ENOUGH = 1 / 2             # of the outline, that must be seen to move a ball

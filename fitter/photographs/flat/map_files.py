@@ -102,12 +102,8 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
     lines = [f"{width} x {height} texels of {count} material{'s' * (count > 1)}, {len(photographs)} photographs, of "
              f"which {maps.used.mean():.1f} tell of a texel in the mean",
              f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
-             f"more than {UNSURE:.0%} of the largest"]
+             f"more than {UNSURE:.0%} of the largest", told.words]
     bright = implausible_light(reflected_light(maps), albedo)
-    doubts = [*bright]
-    lines.append(told.words)
-    if told.is_bad:
-        doubts.append(told.words)
     frame, points = sample_frame(maps.corners, photographs), texel_points(maps.corners, (height, width))
     some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
     size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
@@ -115,7 +111,7 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
                               [each.name for each in photographs]),
               *turned_lamps(maps.normals, frame, maps.used > 0, size))
     return MeasurementReport((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice),
-                             (*doubts, *judged))
+                             (*bright, *[told.words] * told.is_bad, *judged))
 
 
 def reflected_light(maps: Maps) -> FloatArray:

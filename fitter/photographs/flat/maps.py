@@ -21,7 +21,7 @@ from ...model.fit import Fit
 from ...samples import Samples
 from ..description.capture_setup import MOST_MATERIALS
 from ..pictures.light import check_bright
-from ..rig.photograph import check_alike, sum_neighbours
+from ..rig.photograph import check_alike, mean_of_neighbours
 from .materials import MOST_TEXELS, materials_found
 from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, shading_geometry
 from .solving import (
@@ -308,10 +308,10 @@ def smooth_slopes(slopes: FloatArray, precision: FloatArray, known: BoolArray) -
     doubt = np.concatenate([(variance[1:] + variance[:-1]).ravel(), (variance[:, 1:] + variance[:, :-1]).ravel()])
     sure = pairs_known & (doubt <= np.median(doubt[pairs_known]))
     relief = max(float((squared - doubt)[sure].mean()) / 2, _LEAST_RELIEF ** 2)
-    beside = sum_neighbours(np.ones((*known.shape, 1)))
+    beside = 4 * mean_of_neighbours(np.ones((*known.shape, 1)), "constant")
     inverse = np.linalg.inv(precision + beside[..., None] / relief * np.eye(2))
     own = np.einsum("hwij,hwj->hwi", precision, slopes)
     found = slopes
     for _ in range(_SMOOTHED):
-        found = np.einsum("hwij,hwj->hwi", inverse, own + sum_neighbours(found) / relief)
+        found = np.einsum("hwij,hwj->hwi", inverse, own + 4 * mean_of_neighbours(found, "constant") / relief)
     return np.asarray(found)

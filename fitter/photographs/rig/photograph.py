@@ -112,10 +112,10 @@ def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> 
     return theta[0], np.zeros(len(turn)), theta[1], turn
 
 
-def sum_neighbours(picture: RealArray, mode: Literal["constant", "edge"] = "constant") -> FloatArray:
-    """The sum of the four neighbours of each pixel, beyond the picture 0 or its edge: (h, w, channels) to the same."""
-    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode=mode)
-    return np.asarray(padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:])
+def mean_of_neighbours(picture: RealArray, beyond: Literal["constant", "edge"] = "edge") -> FloatArray:
+    """The mean of the four neighbours of each pixel, (h, w, channels) to the same, beyond the picture its edge or 0."""
+    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode=beyond)
+    return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
 
 
 def is_saturated(radiance: RealArray) -> BoolArray:
