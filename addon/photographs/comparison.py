@@ -11,7 +11,7 @@ from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging.pictures import srgb
-from ...fitter.photographs.compared import Part, area_means, read_compared, relative_difference
+from ...fitter.photographs.compared import Part, area_means, read_compared
 from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.description.parsing import parse
 from ..core.annotations import not_none
@@ -32,11 +32,6 @@ class RenderedPair(NamedTuple):
     photograph: FloatArray
     rendered: FloatArray
     counted: BoolArray
-
-    @property
-    def difference(self) -> float:
-        """As `relative_difference` defines it."""
-        return relative_difference(*self)
 
 
 def write_request(folder: Path, scene: bpy.types.Scene, description: Description) -> None:
@@ -90,10 +85,8 @@ def read_answer(folder: Path) -> RenderedPair:
 
 
 def sheet(pair: RenderedPair) -> SingleArray:
-    """The photograph beside the render, and below them half of each beside what differs, enlarged `TIMES`.
-
-    Returns (2 size, 2 size, 4) float32, sRGB, the bottom row first.
-    """
+    """The photograph beside the render, and below them half of each beside what differs, enlarged `TIMES`: (2 size, 2
+    size, 4), sRGB, the bottom row first."""
     brightest = pair.photograph[pair.counted].max(axis=1) if pair.counted.any() else np.ones(1)
     white = max(float(np.percentile(brightest, _PERCENTILE)), np.finfo(float).tiny)
     seen, shown = (srgb(each / white * _SHOWN) for each in (pair.photograph, pair.rendered))

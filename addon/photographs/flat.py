@@ -9,6 +9,7 @@ import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from ...fitter.arrays import FloatArray
+from ...fitter.photographs.capture import Resolved
 from ...fitter.photographs.description.capture_setup import CameraSetup
 from ..core.annotations import not_none
 from ..core.blender import osl_support
@@ -47,12 +48,12 @@ their folder, light positions (.lp), a project of relight, or a description (.to
         return process.Calculation(partial(measuring.find_sample_description, paths, self.width, self.exposures,
                                            fit_arguments(choices), load_arguments(choices)))
 
-    def prepare(self, found: measuring.SampleDescription) -> Steps:
-        return found, (yield from _compile(found.materials))
+    def prepare(self, found: tuple[Resolved, list[Outcome]]) -> Steps:
+        return *found, (yield from _compile(found[1]))
 
     def apply(self, context: bpy.types.Context,
-              prepared: tuple[measuring.SampleDescription, list[compiler.Shader]]) -> None:
-        (described, outcomes), shaders = prepared
+              prepared: tuple[Resolved, list[Outcome], list[compiler.Shader]]) -> None:
+        described, outcomes, shaders = prepared
         materials = _create(outcomes, shaders, context)
         made = stage.make(described)
         for name, each in zip(CHOSEN, materials, strict=False):

@@ -12,6 +12,8 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.photographs.capture import Resolved
+from ...fitter.photographs.compared import relative_difference
+from ...fitter.photographs.description.capture_setup import CaptureSetup
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import osl_support, targets
@@ -148,17 +150,18 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        find = measuring.find_outline if photographs.get(scene).ball else measuring.camera_by_corners
-        return process.Calculation(partial(find, describing.describe_scene(scene, whole=False), scene.name))
+        return process.Calculation(partial(measuring.find_places, describing.describe_scene(scene, whole=False),
+                                           scene.name))
 
-    def apply(self, _context: bpy.types.Context, found: Any) -> None:
+    def apply(self, _context: bpy.types.Context, found: CaptureSetup) -> None:
         settings = photographs.get(self.scene())
-        if settings.ball is None:
-            settings.camera.matrix_basis = stage.camera_pose(found)
-            self.report({"INFO"}, "The camera is at {:.4f}, {:.4f}, {:.4f} m".format(*found.position))
-            return
-        settings.ball.location = found
-        self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*found))
+        is_ball = settings.ball is not None
+        place: Any = found.need_ball().centre if is_ball else found.camera.position
+        if is_ball:
+            settings.ball.location = place
+        else:
+            settings.camera.matrix_basis = stage.camera_pose(found.camera)
+        self.report({"INFO"}, "The {} is at {:.4f}, {:.4f}, {:.4f} m".format("ball" if is_ball else "camera", *place))
 
 
 class MEASUREDBRDF_OT_place_lamp(_ChoosesFiles, HasPhotographs, bpy.types.Operator):
@@ -274,7 +277,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
-        before, difference = shot.comparison, pair.difference
+        before, difference = shot.comparison, relative_difference(*pair)
         judged = photographs.judge_render(shot.name, difference)
         made = comparison.new_image(f"{shot.name} compared", comparison.sheet(pair))
         # no call may follow that can fail: this is not taken back

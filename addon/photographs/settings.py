@@ -226,16 +226,12 @@ def show(settings: Any) -> None:
             background.image = shown.picture
 
 
+classes = (MeasuredExposure, MeasuredPhotograph, MeasuredPhotographs)
+
+
 def register() -> None:
-    for cls in _GROUPS:
-        bpy.utils.register_class(cls)
     bpy.types.Scene.measured_brdf_photographs = PointerProperty(type=MeasuredPhotographs, name="Photographs")
 
 
 def unregister() -> None:
     del bpy.types.Scene.measured_brdf_photographs
-    for cls in reversed(_GROUPS):
-        bpy.utils.unregister_class(cls)
-
-
-_GROUPS = MeasuredExposure, MeasuredPhotograph, MeasuredPhotographs

@@ -14,13 +14,8 @@ from mathutils import Matrix, Vector
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs.capture import Resolved
-from ...fitter.photographs.description.capture_setup import (
-    BallSetup,
-    CameraSetup,
-    CaptureSetup,
-    SampleSetup,
-    Shot,
-)
+from ...fitter.photographs.description.capture_setup import BallSetup, CameraSetup, CaptureSetup, SampleSetup, Shot
+from ...fitter.photographs.flat.reading import sample_corners
 from ...fitter.photographs.rig import camera as cameras
 from ..core.annotations import not_none
 from ..core.blender import osl_support
@@ -115,9 +110,8 @@ def _ball(scene: bpy.types.Scene, setup: BallSetup) -> bpy.types.Object:
 
 def _sample(scene: bpy.types.Scene, setup: SampleSetup) -> bpy.types.Object:
     """A plane, and an outline of it that is drawn before what the camera sees."""
-    x, y = setup.width / 2, setup.height / 2
     mesh, edge = bpy.data.meshes.new("Sample"), bpy.data.meshes.new("Outline")
-    mesh.from_pydata([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)], [], [(0, 1, 2, 3)])
+    mesh.from_pydata(sample_corners(setup).tolist(), [], [(0, 1, 2, 3)])
     mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", uv_of_part(mesh, np.array([[0, 0], [1, 1]])))
     mesh.materials.append(_preview())
     edge.from_pydata([vertex.co[:] for vertex in mesh.vertices], [(0, 1), (1, 2), (2, 3), (3, 0)], [])

@@ -27,7 +27,7 @@ from ...fitter.photographs.flat.reading import read_sample
 from ...fitter.photographs.flat.tiling import cut_tile, tile_size
 from ...fitter.photographs.pictures.light import Light
 from ...fitter.photographs.pictures.reading import Pictures
-from ..core.annotations import Arguments
+from ..core.annotations import Arguments, not_none
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
 
@@ -71,13 +71,6 @@ class SampleResult(NamedTuple):
     intensities: dict[str, FloatArray]      # of the lamps, by the names of photographs, W/sr in units of the pictures
 
 
-class SampleDescription(NamedTuple):
-    """A description of a flat sample whose places are numbers, and the materials that it names, fitted."""
-
-    resolved: Resolved
-    materials: list[Outcome]
-
-
 def translate_keys(text: str) -> str:
     """A message with the names that the panel has, in the place of keys of a description."""
     for key, name in _IN_PANEL.items():
@@ -110,8 +103,9 @@ def find_description(paths: Sequence[str], radius: float, distance: float, count
 
 
 def find_sample_description(paths: Sequence[str], width: float, count: int, arguments: Arguments,
-                            how: Arguments) -> SampleDescription:
-    """The description of a flat sample that a file is, or a folder has; else one of light positions or pictures.
+                            how: Arguments) -> tuple[Resolved, list[Outcome]]:
+    """The description of a flat sample that a file is, or a folder has, and the materials that it names, fitted; else
+    one of light positions or pictures.
 
     Then it fills the pictures, is so many metres wide, and its albedo is a guess; the camera looks straight down.
     `arguments` are of fits, `how` keyword arguments of `fitter.load`.
@@ -128,7 +122,7 @@ def find_sample_description(paths: Sequence[str], width: float, count: int, argu
         found = resolve(setup)
     with progress.part(0.3, 1.0):
         named = found.setup.materials
-        return SampleDescription(found, _fit_materials(named, arguments, how) if isinstance(named, tuple) else [])
+        return found, _fit_materials(named, arguments, how) if isinstance(named, tuple) else []
 
 
 def _fill_pictures(paths: Sequence[str], path: Path, width: float, count: int) -> CaptureSetup:
@@ -216,16 +210,10 @@ def _lens(said: PictureInfo) -> dict[str, float]:
 
 
 @_names_of_panel()
-def find_outline(description: Description, name: str) -> list[float]:
-    """Where the ball of a description is, by its outline in the photographs."""
-    ball = {**description["ball"], "centre": "outline"}
-    return np.asarray(resolve(parsing.parse({**description, "ball": ball}, name)).setup.need_ball().centre).tolist()
-
-
-@_names_of_panel()
-def camera_by_corners(description: Description, name: str) -> CameraSetup:
-    """Where the camera of a flat sample was, by its corners."""
-    return resolve(parsing.parse(description, name)).setup.camera
+def find_places(description: Description, name: str) -> CaptureSetup:
+    """A description with the ball by its outline in the photographs, or the camera by the corners of a flat sample."""
+    ball = {"ball": {**description["ball"], "centre": "outline"}} if "ball" in description else {}
+    return resolve(parsing.parse({**description, **ball}, name)).setup
 
 
 @_names_of_panel()
@@ -255,10 +243,8 @@ def lamps_by(description: Description, name: str, paths: Sequence[str], distance
 
 @_names_of_panel()
 def measure_ball(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> BallResult:
-    """Measure, and fit what was measured, as `measuring.measure_ball` and `tasks.outcome` do.
-
-    The file of the samples is not written; `path` is where it will be.
-    """
+    """Measure, and fit what was measured, as `measuring.measure_ball` and `tasks.outcome` do. The file of the samples
+    is not written; `path` is where it will be."""
     with progress.part(0.0, 0.4, "Measuring"):
         measured = measuring.measure_ball(parsing.parse(description, name))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
@@ -316,8 +302,6 @@ def _convert_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:
     """A photograph in another colour space: what it shows under a white lamp."""
     if space == DEFAULT_COLOURS or photograph.radiance.shape[2] == 1:
         return photograph
-    noise = np.zeros_like(photograph.radiance) if photograph.noise is None else photograph.noise
-    light = Light(photograph.radiance / photograph.intensity, noise / photograph.intensity, photograph.counts)
-    light = light.convert(conversion(DEFAULT_COLOURS, space))
-    return replace(photograph, radiance=light.radiance, intensity=np.ones(3), mask=light.known,
-                   noise=None if photograph.noise is None else light.noise)
+    light = Light(photograph.radiance / photograph.intensity, not_none(photograph.noise) / photograph.intensity,
+                  photograph.counts).convert(conversion(DEFAULT_COLOURS, space))
+    return replace(photograph, radiance=light.radiance, intensity=np.ones(3), noise=light.noise, mask=light.known)

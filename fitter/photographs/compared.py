@@ -7,7 +7,6 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, RealArray
 from ..errors import DatasetError
 from .ball.measuring import read_photographs
-from .ball.photograph import BallPhotograph
 from .description.capture_setup import CaptureSetup
 from .flat.reading import corner_places
 from .pictures.reading import Pictures, polygon_mask, read_mask
@@ -24,39 +23,31 @@ class Part(NamedTuple):
     side: int
 
 
-class ComparedPhotograph(NamedTuple):
-    """The only photograph of a description, which is compared."""
-
-    radiance: RealArray     # (h, w, channels)
-    counted: BoolArray      # (h, w)
-    part: Part
-
-
-def read_compared(setup: CaptureSetup) -> ComparedPhotograph:
-    """The only photograph of a description, and the part of it that the ball or the sample takes."""
+def read_compared(setup: CaptureSetup) -> tuple[RealArray, BoolArray, Part]:
+    """The only photograph of a description, (h, w, channels), which of its pixels count, (h, w), and the part that the
+    ball or the sample takes."""
     if setup.ball is not None:
         (shot,), _ = read_photographs(setup)
-        return ComparedPhotograph(shot.radiance, np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask,
-                                  _ball_part(shot))
+        axis, _, limb = shot.sight
+        places = np.argwhere(shot.rays @ axis > np.cos(limb))[:, ::-1]
+        if not len(places):
+            raise DatasetError("no pixel sees the ball: it is not in the picture", shot.name)
+        counted = np.ones(shot.rays.shape[:2], bool) if shot.mask is None else shot.mask
+        return (shot.radiance, counted,
+                _part_around(np.concatenate([places, places + 1]), 2 * limb / pixel_angle(shot.rays)))
     light = Pictures(setup).lamp_light(setup.photographs[0], "files")
     size = light.radiance.shape[0], light.radiance.shape[1]
     corners, mask = corner_places(setup.need_sample(), size), read_mask(setup.need_sample(), size)
-    side = int(np.ceil(_MARGIN * np.ptp(corners, axis=0).max()))
-    left, top = np.round((corners.min(axis=0) + corners.max(axis=0) - side) / 2).astype(int).tolist()
-    return ComparedPhotograph(light.radiance, light.known & polygon_mask(corners, size) & (mask is None or mask),
-                              Part(left, top, side))
+    counted = light.known & polygon_mask(corners, size) & (mask is None or mask)
+    return light.radiance, counted, _part_around(corners)
 
 
-def _ball_part(photograph: BallPhotograph) -> Part:
-    """The part of a photograph that the ball takes. DatasetError if it is not in the picture."""
-    axis, _, limb = photograph.sight
-    rows, columns = np.nonzero(photograph.rays @ axis > np.cos(limb))
-    if not len(rows):
-        raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
-    across = 2 * limb / pixel_angle(photograph.rays)
-    side = int(np.ceil(_MARGIN * max(float(np.ptp(rows)) + 1, float(np.ptp(columns)) + 1, across)))
-    middle = (rows.min() + rows.max() + 1) / 2, (columns.min() + columns.max() + 1) / 2
-    return Part(round(middle[1] - side / 2), round(middle[0] - side / 2), side)
+def _part_around(places: FloatArray, across: float = 0.0) -> Part:
+    """The part, so many pixels wide or more, with a margin around places in a picture (n, 2)."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    side = int(np.ceil(_MARGIN * max((high - low).max(), across)))
+    left, top = np.round((low + high - side) / 2).astype(int).tolist()
+    return Part(left, top, side)
 
 
 def area_means(picture: RealArray, part: Part, size: int) -> FloatArray:

@@ -63,8 +63,7 @@ def _left_out_error(others: Sequence[BallPhotograph], shot: BallPhotograph) -> f
 
 
 def next_phase_angle(samples: Samples, covered: Coverage) -> float | None:
-    """The angle between camera and lamp, seen from the ball, of the photograph that would help most, degrees; None if
-    none would."""
+    """The phase angle of the photograph that would help most, degrees; None if none would."""
     if not covered.gaps:
         return None
     middles = [sum(gap) / 2 for gap in covered.gaps]

@@ -6,8 +6,6 @@ mean of its cell's coordinates, and has the mean of its values. Their weights ar
 noise, however large, does not bias the mean.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ...arrays import Directions, FloatArray, IntArray
@@ -19,15 +17,8 @@ _COARSER = 0.95             # times as many along each axis, or fewer, until no 
 _PRIOR_COUNT = 3            # pixels with the scatter that was expected, which those of a cell are added to
 
 
-class Binned(NamedTuple):
-    """The cells: directions four (n,), values (n, channels), and their relative standard deviations (n,)."""
-
-    directions: Directions
-    values: FloatArray
-    deviation: FloatArray
-
-
-def bin_samples(directions: Directions, values: FloatArray, deviation: FloatArray, most: int) -> Binned:
+def bin_samples(directions: Directions, values: FloatArray, deviation: FloatArray,
+                most: int) -> tuple[Directions, FloatArray, FloatArray]:
     """Average values (n, channels) in so many cells at most; each is expected to have the relative standard deviation,
     (n,), and a cell has that of its mean: as its values are expected to scatter, or as they do."""
     mu = 2 * SYSTEM.encode(*directions) - 1
@@ -42,7 +33,7 @@ def bin_samples(directions: Directions, values: FloatArray, deviation: FloatArra
 
     middle, means = (np.stack([mean(column) for column in columns.T], axis=1) for columns in (mu, values))
     scatter = _deviation(cell, weight / total[cell], values, means, deviation)
-    return Binned(SYSTEM.decode((middle + 1) / 2), means, scatter)
+    return SYSTEM.decode((middle + 1) / 2), means, scatter
 
 
 def _cells(mu: FloatArray, most: int) -> IntArray:

@@ -29,8 +29,7 @@ class Coverage(NamedTuple):
     incidence: tuple[float, float]          # the smallest and the largest polar angle of the light
     exitance: tuple[float, float]           # and of the viewer
     difference: tuple[float, float]         # and the smallest and the largest difference angle
-    gaps: tuple[tuple[float, float], ...]
-    """Ranges of the difference angle without samples that are wider than `WIDE`, the widest first."""
+    gaps: tuple[tuple[float, float], ...]   # ranges of that without samples, wider than `WIDE`, the widest first
     share: float     # of pairs of directions, evenly by projected solid angle, those that are covered
 
 
@@ -45,9 +44,14 @@ def coverage(samples: Samples) -> Coverage:
     >>> found.incidence, round(found.difference[1], 3), found.gaps
     ((0.0, 68.0), 34.0, ((34.0, 75.0),))
     """
-    angle, pairs = np.degrees(difference_angle(samples.directions)), direction_pairs(_PAIRS)
-    return Coverage(_range(np.degrees(samples.theta_i)), _range(np.degrees(samples.theta_o)), _range(angle),
-                    _gaps(angle), float(are_covered(samples, pairs).mean()))
+    angle = np.degrees(difference_angle(samples.directions))
+    incidence, exitance, difference = ((float(each.min()), float(each.max())) for each in (
+        np.degrees(samples.theta_i), np.degrees(samples.theta_o), angle))
+    inside = np.unique(np.concatenate([[LEAST, MOST], angle[(angle > LEAST) & (angle < MOST)]]))
+    wide = np.flatnonzero(np.diff(inside) > WIDE)
+    gaps = [(round(float(inside[k]), 6), round(float(inside[k + 1]), 6)) for k in wide]
+    return Coverage(incidence, exitance, difference, tuple(sorted(gaps, key=lambda gap: gap[0] - gap[1])),
+                    float(are_covered(samples, direction_pairs(_PAIRS)).mean()))
 
 
 def difference_angle(directions: Directions) -> FloatArray:
@@ -57,10 +61,7 @@ def difference_angle(directions: Directions) -> FloatArray:
 
 
 def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
-    """Which pairs of directions have a sample near, itself, mirrored, or with its directions exchanged: (n,) bool.
-
-    The samples are isotropic.
-    """
+    """Which pairs of directions have an isotropic sample near, mirrored, or with its directions exchanged: (n,)."""
     theta_i, theta_o = (np.concatenate(both) for both in ((samples.theta_i, samples.theta_o),
                                                           (samples.theta_o, samples.theta_i)))
     azimuth = np.tile(fold_azimuth(samples.phi_o - samples.phi_i), 2)
@@ -77,15 +78,3 @@ def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
             apart = cosines(probes[inside], theta_i[near], theta_o[near], azimuth[near])
             covered[inside] = (apart > np.cos(REACH)).any(axis=1)
     return covered
-
-
-def _range(angle: FloatArray) -> tuple[float, float]:
-    return float(angle.min()), float(angle.max())
-
-
-def _gaps(angle: FloatArray) -> tuple[tuple[float, float], ...]:
-    """The wide gaps between difference angles in degrees, the widest first."""
-    inside = np.unique(np.concatenate([[LEAST, MOST], angle[(angle > LEAST) & (angle < MOST)]]))
-    wide = np.flatnonzero(np.diff(inside) > WIDE)
-    gaps = [(round(float(inside[k]), 6), round(float(inside[k + 1]), 6)) for k in wide]
-    return tuple(sorted(gaps, key=lambda gap: gap[0] - gap[1]))

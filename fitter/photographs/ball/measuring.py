@@ -17,15 +17,7 @@ from ..pictures.reading import Pictures, read_mask
 from ..rig.ball_finding import brightest, find_ball
 from ..rig.camera import CameraView, field_of_view, orientation
 from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
-from ..rig.scale import (
-    GUESSED,
-    NEAR_NORMAL,
-    SHARE_ANGLES,
-    check_albedo,
-    check_intensity,
-    implausible_light,
-    lamp_intensity,
-)
+from ..rig.scale import GUESSED, NEAR_NORMAL, SHARE_ANGLES, check_intensity, implausible_light, lamp_intensity
 from .photograph import BallPhotograph, measure_pixels
 from .samples import gather_samples, place_photographs
 
@@ -37,8 +29,7 @@ class BallMeasurement(NamedTuple):
     """What photographs measure."""
 
     samples: Samples
-    photographs: list[BallPhotograph]
-    """The ball is where its outline is, and the lamp has the intensity that belongs to the samples."""
+    photographs: list[BallPhotograph]   # with the ball at its outline, and the intensity that belongs to the samples
     doubts: tuple[str, ...]             # those of the samples' notes which say that something is wrong
 
 
@@ -52,14 +43,9 @@ def measure_ball(setup: CaptureSetup) -> BallMeasurement:
     samples = gather_samples(photographs, setup.title, str(setup.path))
     same = same_pictures([each.radiance for each in photographs], [each.name for each in photographs])
     samples = replace(samples, notes=(*samples.notes, *notes, *same))
-    if setup.scale.albedo is None:
-        bright = implausible_light(reflected_light(samples))
-        return BallMeasurement(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
-    guessed = scale_samples(samples, setup.scale.albedo)
-    bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
+    samples, factor, bright = scale_samples(samples, setup.scale.albedo)
     # what is a guess of the samples' scale is one of the lamp's intensity
-    share = float(samples.values.sum() / guessed.values.sum())
-    return BallMeasurement(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
+    return BallMeasurement(samples, [replace(each, intensity=each.intensity / factor) for each in photographs],
                            (*same, *bright))
 
 
@@ -88,8 +74,7 @@ def read_photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[s
 
 
 def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]) -> Scene:
-    """The scene of a ball, which photographs show in this light: by its outline if nobody says where ball or camera
-    is."""
+    """The scene of a ball: by its outline in photographs of this light if nobody says where ball or camera is."""
     ball, (height, width, _) = setup.need_ball(), lights[0].radiance.shape
     centre, radius = np.zeros(3) if ball.place is None else ball.place, ball.radius or RADIUS
     position, notes = setup.camera.position, tuple[str, ...]()
@@ -111,17 +96,15 @@ def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]
 
 
 def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArray:
-    """The intensity of a lamp in a photograph of a matte ball of known albedo, whatever that says of it: (channels,).
-
-    What each pixel shows is weighed by the light that falls there.
-    """
+    """The intensity of a lamp, (channels,), in a photograph of a matte ball of known albedo, whatever that says of it;
+    what each pixel shows is weighed by the light that falls there."""
     ball = measure_pixels(photograph)
     upright = (ball.seen.directions[0] < NEAR_NORMAL) & (ball.seen.directions[2] < NEAR_NORMAL)
     if not upright.any():
         raise DatasetError("the lamp lights the ball of known albedo at grazing angles only", photograph.name)
     weight = ball.seen.irradiance[upright] / ball.seen.irradiance[upright].sum()
-    return check_intensity(np.pi / check_albedo(albedo) * photograph.intensity * (weight @ ball.reflectance[upright]),
-                           "ball")
+    return check_intensity(np.pi / np.asarray(albedo) * photograph.intensity * (weight @ ball.reflectance[upright]),
+                           "ball", photograph.name)
 
 
 def reflected_light(samples: Samples) -> FloatArray:
@@ -132,10 +115,11 @@ def reflected_light(samples: Samples) -> FloatArray:
     return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], SHARE_ANGLES)
 
 
-def scale_samples(samples: Samples, albedo: float) -> Samples:
-    """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; notes
-    say that it is a guess, and what is implausible of it."""
+def scale_samples(samples: Samples, albedo: float | None) -> tuple[Samples, float, tuple[str, ...]]:
+    """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; what
+    they were multiplied with, 1 where no albedo is given; and what is implausible of it, which is in the notes too."""
     light = reflected_light(samples)
-    factor = float(check_albedo(albedo)) / float(light.mean())
-    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *implausible_light(light * factor, albedo))
-    return replace(samples, values=samples.values * factor, notes=notes)
+    factor = 1.0 if albedo is None else albedo / float(light.mean())
+    guess = () if albedo is None else (GUESSED.format(f"{albedo:g}"),)
+    bright = implausible_light(light * factor, albedo)
+    return replace(samples, values=samples.values * factor, notes=(*samples.notes, *guess, *bright)), factor, bright

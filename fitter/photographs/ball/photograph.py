@@ -19,7 +19,7 @@ import numpy as np
 from ...arrays import BoolArray, Directions, FloatArray, IntArray, RealArray, select_directions
 from ...errors import DatasetError
 from ..rig.camera import pixel_angle
-from ..rig.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, to_local_angles
+from ..rig.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, mean_of_neighbours, to_local_angles
 
 LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
 SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
@@ -102,9 +102,7 @@ class BallPixels(NamedTuple):
 
 def visible_pixels(photograph: BallPhotograph) -> BallPixels:
     """The pixels that see a point of the ball which the whole lamp lights, none of it steeper than `STEEPEST`.
-
-    Raises DatasetError if there is none; the message says why.
-    """
+    DatasetError, which says why, if there is none."""
     axis, distance, limb = photograph.sight
     rays = photograph.rays.reshape(-1, 3)
     size = pixel_angle(photograph.rays)
@@ -140,10 +138,7 @@ class PixelReflectances(NamedTuple):
 
 
 def measure_pixels(photograph: BallPhotograph) -> PixelReflectances:
-    """The reflectance at the pixels of a photograph that are neither saturated, dark nor masked.
-
-    Raises DatasetError if there is none.
-    """
+    """The reflectance at pixels that are neither saturated, dark nor masked. DatasetError if there is none."""
     lit = visible_pixels(photograph)
     radiance = photograph.radiance.reshape(-1, photograph.radiance.shape[2])
     neighbours = mean_of_neighbours(photograph.radiance).reshape(radiance.shape)[lit.pixel]
@@ -159,26 +154,15 @@ def measure_pixels(photograph: BallPhotograph) -> PixelReflectances:
     seen_well = BallPixels(lit.pixel[good], select_directions(lit.directions, good), lit.irradiance[good], lit.grain)
     value = radiance[seen_well.pixel] / (photograph.intensity * seen_well.irradiance[:, None])
     relative = noise[good].mean(axis=1) / neighbours[good].mean(axis=1)
-    return PixelReflectances(seen_well, value, np.hypot(relative, _place_error(seen_well)), int((~good).sum()))
-
-
-def _place_error(pixels: BallPixels) -> FloatArray:
-    """What small errors of the ball's and the lamp's place do to the cosine of incidence, relative to it: (n,)."""
-    turned = _PLACED * pixels.grain / np.cos(pixels.directions[2])      # of the normal
-    return np.asarray(np.tan(pixels.directions[0]) * np.hypot(turned, _AIMED))
-
-
-def mean_of_neighbours(picture: RealArray) -> FloatArray:
-    """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
-    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
-    return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
+    # what small errors of the ball's and the lamp's place do to the normal, and to the cosine of incidence
+    turned = np.hypot(_PLACED * seen_well.grain / np.cos(seen_well.directions[2]), _AIMED)
+    deviation = np.hypot(relative, np.tan(seen_well.directions[0]) * turned)
+    return PixelReflectances(seen_well, value, deviation, int((~good).sum()))
 
 
 def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
-    """The standard deviation of pixels (n,), from what each differs from its neighbours by: (n, channels).
-
-    It is a share of the brightness, the median over the ball, and what the pixels beside the ball have.
-    """
+    """The standard deviation of pixels (n,) by their difference from their neighbours: (n, channels). It is a share of
+    the brightness, the median over the ball, and what the pixels beside the ball have."""
     channels = photograph.radiance.shape[2]
     neighbours = mean_of_neighbours(photograph.radiance).reshape(-1, channels)
     residual = np.abs(photograph.radiance.reshape(-1, channels) - neighbours) * TO_SIGMA / np.sqrt(1.25)

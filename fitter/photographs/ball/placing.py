@@ -14,7 +14,8 @@ from ...errors import DatasetError
 from ..rig import outline
 from ..rig.camera import pixel_angle
 from ..rig.outline import Outline, Profile, angle_beyond, edge_profile, fit_cone, scatter
-from .photograph import BallPhotograph, mean_of_neighbours, visible_pixels
+from ..rig.photograph import mean_of_neighbours
+from .photograph import BallPhotograph, visible_pixels
 
 MOVED = 2.0                 # pixels by which an outline may be off
 _ENOUGH = 1 / 2             # of the outline, that must be seen to move a ball
@@ -29,9 +30,8 @@ _OF_BALL = 0.5              # a mask with a smaller share of the pixels around a
 def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
     """Photographs with the ball where its outline is, seen from each place in all photographs of it together.
 
-    A pixel is a degree of its normals, or several where they graze, and a tape measure or a hand in the window does not
-    place a ball as well as its outline does. Where less than half of that is seen, the ball stays where it was said to
-    be; where it is farther away than `MOVED` pixels, `check_outline` has refused it.
+    A pixel is a degree of its normals or several, and a tape measure does not place a ball as well. Where less than
+    half of the outline is seen, the ball stays where it was said to be.
     """
     moved = list(photographs)
     together: dict[tuple[object, ...], list[int]] = {}
@@ -43,7 +43,7 @@ def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
         axis, _, gamma = first.sight
         v = axis / np.cos(gamma)
         touching = np.concatenate([_touching(v, moved[number]) for number in numbers])
-        v, arc = fit_cone(touching, v, pixel_angle(first.rays))
+        v, arc, _ = fit_cone(touching, v, pixel_angle(first.rays))
         if arc >= _ENOUGH and np.linalg.norm(v) > 1:
             for number in numbers:
                 moved[number] = replace(moved[number], centre=Outline.from_vector(v).centre(first.camera, first.radius))
@@ -72,10 +72,8 @@ def _profile(v: FloatArray, photograph: BallPhotograph) -> Profile:
 
 
 def check_outline(photograph: BallPhotograph) -> None:
-    """Compare the outline in a photograph, where the ball is lit there, with where the ball is said to be.
-
-    Raises DatasetError if much of it is more than `MOVED` pixels off.
-    """
+    """Raise DatasetError if much of the outline in a photograph, where the ball is lit there, is more than `MOVED`
+    pixels from where the ball is said to be."""
     axis, _, gamma = photograph.sight
     size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)
     v = axis / np.cos(gamma)

@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import concatenate_directions
 from ...errors import DatasetError
 from ...samples import LARGEST_VALUE, RGB, Samples
-from ..rig.photograph import STEEPEST
+from ..rig.photograph import STEEPEST, check_alike
 from .binning import bin_samples
 from .photograph import BallPhotograph, measure_pixels
 from .placing import check_outline, place_ball
@@ -32,8 +32,7 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
     -------
     Samples
         Isotropic, at most `MOST_SAMPLES`; where more pixels can be used, means over cells (`binning`). The deviation is
-        that of the pixels' noise, and what small errors of the places do. The notes say how
-        many pixels were used.
+        that of the pixels' noise, and what small errors of the places do. The notes say how many pixels were used.
 
     Raises
     ------
@@ -46,13 +45,9 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
 
 def place_photographs(photographs: Sequence[BallPhotograph], source: str) -> list[BallPhotograph]:
     """Photographs with the ball at its outline; raises as `samples_from_ball` does."""
-    photographs = list(photographs)
     if not photographs:
         raise DatasetError("no photographs found, expected one or more", source)
-    first = photographs[0]
-    for other in photographs[1:]:
-        if other.radiance.shape != first.radiance.shape:
-            raise DatasetError(f"{_size(other)} found, expected {_size(first)} as in {first.name}", other.name)
+    check_alike(photographs)
     for each in photographs:
         check_outline(each)
     return place_ball(photographs)
@@ -77,8 +72,3 @@ def gather_samples(photographs: Sequence[BallPhotograph], name: str, source: str
         notes.append(f"Averaged to {len(values):,} samples")
     return Samples(*directions, values, RGB if values.shape[1] == 3 else ("grey",), name, source, tuple(notes),
                    deviation=deviation)
-
-
-def _size(photograph: BallPhotograph) -> str:
-    height, width, channels = photograph.radiance.shape
-    return f"{width} x {height} pixels with {channels} channel{'s' * (channels > 1)}"

@@ -97,6 +97,8 @@ _BRIGHTNESS = Kind('"found", or a number above 0 for each photograph',
                    lambda value, _: value if value == "found" else _numbers(value, 0, least=LEAST_VALUE))
 _ALBEDO = Kind("more than 0 and at most 1, of what reflects no more than it gets",
                lambda value, _: _numbers(value, least=LEAST_VALUE, most=1))
+_ALBEDOS = Kind(f"{_ALBEDO.expected}, or one for each channel", lambda value, _: np.array(
+    _numbers(value, *[0] * isinstance(value, list | tuple), least=LEAST_VALUE, most=1)))
 _ENCODING = Kind(" or ".join(ENCODINGS), lambda value, _: _text(value, *ENCODINGS))
 _FILES = Kind("the name of a file, or a list of them", _files)
 _MATERIALS = Kind(f"files, or a number of 1 to {MOST_MATERIALS}", lambda value, folder: int(
@@ -146,7 +148,7 @@ class Known(Lit):
     """A photograph of a card, or a ball, of known albedo."""
 
     file: Annotated[tuple[Path, ...], _FILES]
-    albedo: Annotated[FloatArray, _VALUES]      # of all channels, or of each
+    albedo: Annotated[FloatArray, _ALBEDOS]     # of all channels, or of each
     normal: Place = None            # where a card faces; of one in a flat sample's plane [0, 0, 1]
     region: Annotated[FloatArray | None, _REGION] = None    # that a card fills: left, top, right and bottom
 

@@ -32,7 +32,13 @@ def read(path: str | Path) -> CaptureSetup:
     """
     path = Path(path)
     if path.is_dir():
-        path = _only_description(path)
+        found = descriptions_in(path)
+        if len(found) != 1:
+            raise DatasetError(
+                f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one of them" if found
+                else "a folder without a description: expected light positions (.lp) beside the photographs, or a "
+                     "description in TOML", path)
+        path = found[0]
     if path.suffix.lower() == light_positions.SUFFIX:
         return parse({"name": path.absolute().parent.name or path.stem, "camera": {"position": "far"},
                       "ball": {"centre": "outline"}, "lamp": {"positions": path.name}, "scale": {"albedo": GUESS}},
@@ -139,10 +145,8 @@ class _Parser:
 
 
 def _add_light_positions(setup: CaptureSetup) -> CaptureSetup:
-    """A description whose photographs have the directions of its `lamp.positions`, in the camera's axes.
-
-    Where it has no photographs they are those of the file, or all pictures beside it.
-    """
+    """A description whose photographs have the directions of its `lamp.positions`, in the camera's axes: by default
+    those of the file, or all pictures beside it."""
     file = (setup.lamp.positions or ())[0]
     found = light_positions.read(file)
     notes, shots = [*setup.notes], setup.photographs
@@ -203,18 +207,6 @@ def descriptions_in(folder: Path) -> list[Path]:
         raise DatasetError(f"cannot be read: {error.strerror or error}", folder) from error
     found = ([each for each in files if each.suffix.lower() == suffix] for suffix in SUFFIXES)
     return next(filter(None, found), [])
-
-
-def _only_description(folder: Path) -> Path:
-    """The description in a folder. DatasetError where there is none, or more than one."""
-    found = descriptions_in(folder)
-    if len(found) > 1:
-        raise DatasetError(f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one of "
-                           f"them", folder)
-    if not found:
-        raise DatasetError("a folder without a description: expected light positions (.lp) beside the photographs, or "
-                           "a description in TOML", folder)
-    return found[0]
 
 
 def pictures_in(folder: Path) -> tuple[Path, ...]:

@@ -29,9 +29,7 @@ class NextLamp(NamedTuple):
     place: FloatArray   # (3,), metres
     polar_angle: float  # from the sample's normal, at its middle, degrees
     azimuth: float      # from the direction of the first edge, counter-clockwise as the camera sees it, degrees
-    gain: float
-    """The share of a texel's uncertainty that its photograph takes away, in the geometric mean over weights, slopes
-    and texels."""
+    gain: float         # share of a texel's uncertainty that it takes away, geometric mean of weights, slopes, texels
 
     @property
     def advice(self) -> str:

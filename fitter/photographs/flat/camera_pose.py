@@ -5,7 +5,6 @@ to the corners (W. Kabsch, Acta Crystallographica A32, 1976).
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,29 +17,23 @@ _MEASURED = 0.02            # of its distance, by which a camera's place may be 
 _ROUNDS = 40                # toward the camera's place; it takes 10
 
 
-class _Pose(NamedTuple):
-    """A camera beside a sample."""
-
-    position: FloatArray
-    orientation: FloatArray
-    separation: FloatArray  # by how much the corners' rays miss them: (4, 3), radians
-
-
 def find_view(camera: CameraSetup, places: FloatArray, corners: FloatArray, size: tuple[int, int],
               angle: float) -> tuple[CameraView, float]:
     """The camera that sees corners (4, 3) at places (4, 2) of its pictures, and how far the worst is off, pixels."""
-    pose = _find_pose(camera, rays_through(places, size, angle), corners, angle / size[1])
-    worst = float(np.linalg.norm(pose.separation, axis=1).max())
-    return CameraView(pose.position, pose.orientation, size, angle), worst / (2 * np.tan(angle / 2) / size[1])
+    toward = rays_through(places, size, angle)
+    position = _find_position(camera, toward, corners, angle / size[1])
+    orientation, separation = _aim_camera(position, toward, corners)
+    worst = float(np.linalg.norm(separation, axis=1).max())
+    return CameraView(position, orientation, size, angle), worst / (2 * np.tan(angle / 2) / size[1])
 
 
-def _find_pose(camera: CameraSetup, toward: FloatArray, corners: FloatArray, pixel: float) -> _Pose:
+def _find_position(camera: CameraSetup, toward: FloatArray, corners: FloatArray, pixel: float) -> FloatArray:
     """Where a camera is that sees the corners (4, 3) in the directions (4, 3) of its own axes; `pixel` is an angle."""
     spread = np.linalg.norm(toward - toward.mean(axis=0), axis=1).sum()
     distance = float(np.linalg.norm(corners, axis=1).sum() / spread)
     given = camera.position
     if isinstance(given, str):
-        return _aim_camera(np.array([0, 0, distance]), toward, corners)
+        return np.array([0, 0, distance])
     if given is not None and not given[2] > 0:
         raise camera.error("position", "one above the sample, z more than 0")
     tilts = [(0.0, 0.0), (0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6)]
@@ -48,11 +41,11 @@ def _find_pose(camera: CameraSetup, toward: FloatArray, corners: FloatArray, pix
                                                 for a, b in tilts]
 
     def residual(position: FloatArray) -> FloatArray:
-        off = _aim_camera(position, toward, corners).separation.ravel() / pixel
+        off = _aim_camera(position, toward, corners)[1].ravel() / pixel
         return off if given is None else np.append(off, (position - given) / (_MEASURED * np.linalg.norm(given)))
 
     ends = [end for start in starts if (end := _minimise(residual, start))[2] > 0]
-    return _aim_camera(min(ends or starts, key=lambda end: float((residual(end) ** 2).sum())), toward, corners)
+    return min(ends or starts, key=lambda end: float((residual(end) ** 2).sum()))
 
 
 def _minimise(residual: Callable[[FloatArray], FloatArray], position: FloatArray) -> FloatArray:
@@ -70,10 +63,11 @@ def _minimise(residual: Callable[[FloatArray], FloatArray], position: FloatArray
                                damping=1e-3)[0]
 
 
-def _aim_camera(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _Pose:
-    """A camera at this position, turned so that its rays miss the corners least."""
+def _aim_camera(position: FloatArray, toward: FloatArray, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The orientation, (3, 3), of a camera at this position whose rays miss the corners least, and by how much they do:
+    (4, 3), radians."""
     there = corners - position
     there /= np.linalg.norm(there, axis=1, keepdims=True)
     u, _, v = np.linalg.svd(there.T @ toward)
     turn = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
-    return _Pose(position, turn, toward @ turn.T - there)
+    return turn, toward @ turn.T - there

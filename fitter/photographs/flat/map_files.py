@@ -1,8 +1,8 @@
 """Maps of a flat sample as pictures of 16 bits: masks, and a normal map.
 
 A mask is white where the weight of its material is as large as nearly all are at most; what that is, stands in the
-report. The normal
-map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
+report. The normal map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out
+of the surface.
 """
 
 import re
@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,16 +33,10 @@ _WEIGHED = 4000             # texels whose reflectance is looked at
 _JUDGED = 120               # texels by which photographs are judged
 
 
-class Layers(NamedTuple):
-    """Weights as materials that lie upon one another, 0 to 1, the top row of the picture first."""
-
-    masks: FloatArray           # the share of each but the first, upon those before it: (h, w, materials - 1)
-    brightness: FloatArray      # the sum of the weights, over `most`, 1 at most: (h, w)
-    most: float                 # what nearly all sums are below: a few texels, as of a glint, may be brighter
-
-
-def layers(weights: FloatArray) -> Layers:
-    """The layers that have weights (h, w, materials).
+def layers(weights: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Weights (h, w, materials) as layers that lie upon one another: the share of each but the first upon those before
+    it, (h, w, materials - 1), the sum of the weights over that which nearly all are below, (h, w), both 0 to 1 and the
+    top row of the picture first, and the latter: a few texels, as of a glint, may be brighter.
 
     Examples
     --------
@@ -54,7 +47,7 @@ def layers(weights: FloatArray) -> Layers:
     sums = np.cumsum(weights, axis=2)[::-1]
     masks = weights[::-1, :, 1:] / np.where(sums[..., 1:] > 0, sums[..., 1:], 1.0)
     most = white(sums[..., -1])
-    return Layers(masks, np.minimum(sums[..., -1] / most, 1), most)
+    return masks, np.minimum(sums[..., -1] / most, 1), most
 
 
 def white(weights: FloatArray) -> float:
@@ -71,10 +64,7 @@ def normal_map(maps: Maps) -> FloatArray:
 
 
 def png(values: FloatArray) -> bytes:
-    """A file of values, 0 to 1, (h, w) or (h, w, 3), as integers of 16 bits.
-
-    Raises ImportError if OpenImageIO is absent.
-    """
+    """A file of values, 0 to 1, (h, w) or (h, w, 3), as integers of 16 bits. ImportError without OpenImageIO."""
     try:
         import OpenImageIO
     except ImportError as error:
@@ -112,12 +102,8 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
     lines = [f"{width} x {height} texels of {count} material{'s' * (count > 1)}, {len(photographs)} photographs, of "
              f"which {maps.used.mean():.1f} tell of a texel in the mean",
              f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
-             f"more than {UNSURE:.0%} of the largest"]
+             f"more than {UNSURE:.0%} of the largest", told.words]
     bright = implausible_light(reflected_light(maps), albedo)
-    doubts = [*bright]
-    lines.append(told.words)
-    if told.is_bad:
-        doubts.append(told.words)
     frame, points = sample_frame(maps.corners, photographs), texel_points(maps.corners, (height, width))
     some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
     size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
@@ -125,7 +111,7 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
                               [each.name for each in photographs]),
               *turned_lamps(maps.normals, frame, maps.used > 0, size))
     return MeasurementReport((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice),
-                             (*doubts, *judged))
+                             (*bright, *[told.words] * told.is_bad, *judged))
 
 
 def reflected_light(maps: Maps) -> FloatArray:
@@ -145,11 +131,8 @@ def check_folder(folder: str | Path) -> None:
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
-    """Write masks, normal map, fits and a report of these lines to a folder, which is made: the names of the files.
-
-    They take the place of those of an earlier run, as `files.replacing_together` does it. Raises OSError, or
-    ImportError if OpenImageIO is absent.
-    """
+    """Write masks, normal map, fits and a report of these lines to a folder, which is made, in the place of those of an
+    earlier run: the names of the files. Raises OSError, or ImportError without OpenImageIO."""
     most = white(maps.weights.max(axis=2))
     told = [*lines, f"White in a mask is a weight of {most:.6g}"]
     with replace_folder(Path(folder)) as part:

@@ -21,6 +21,7 @@ from ...model.fit import Fit
 from ...samples import Samples
 from ..description.capture_setup import MOST_MATERIALS
 from ..pictures.light import check_bright
+from ..rig.photograph import check_alike, mean_of_neighbours
 from .materials import MOST_TEXELS, materials_found
 from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, shading_geometry
 from .solving import (
@@ -121,8 +122,12 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     ValueError
         If the materials are too many or anisotropic, or their channels are not those of the photographs.
     """
-    photographs = list(photographs)
-    _check_photographs(photographs)
+    if len(photographs) < 2:
+        raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "
+                           f"lamps in several places", photographs[0].name if photographs else None)
+    check_alike(photographs)
+    for each in photographs:
+        check_bright(each.radiance, each.name)
     corners = np.array(corners, dtype=float)
     height, width = (int(each) for each in shape)
     if min(height, width) < 1:
@@ -151,10 +156,10 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
                                texels.used.any(axis=1).reshape(height, width))
         slopes = slopes.reshape(-1, 2)
         weights, far = turned_weights(texels, slopes)
-        for part, exact in zip(_blocks(len(far)), _map_blocks(lambda part: given_normals(
+        if len(far):
+            weights[far] = np.concatenate(_map_blocks(lambda part: given_normals(
                 fits, observe(photographs, points[far[part]], frame[2]), frame, texels.part(far[part]),
-                slopes[far[part]], prior), len(far)), strict=True):
-            weights[far[part]] = exact
+                slopes[far[part]], prior), len(far)))
         progress.report(1.0)
     normals = slopes_to_normals(slopes, frame).reshape(height, width, 3)
     return Maps(fits, weights.reshape(height, width, -1), normals, corners,
@@ -204,19 +209,6 @@ def evenly(height: int, width: int, most: int) -> tuple[slice, slice]:
     return slice(step // 2, None, step), slice(step // 2, None, step)
 
 
-def _check_photographs(photographs: Sequence[FlatPhotograph]) -> None:
-    if len(photographs) < 2:
-        raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "
-                           f"lamps in several places", photographs[0].name if photographs else None)
-    first = photographs[0]
-    for other in photographs[1:]:
-        if other.radiance.shape != first.radiance.shape:
-            raise DatasetError("a picture of {1} x {0} pixels with {2} channels found, expected {4} x {3} with {5} as "
-                               "in {6}".format(*other.radiance.shape, *first.radiance.shape, first.name), other.name)
-    for each in photographs:
-        check_bright(each.radiance, each.name)
-
-
 def check_materials(materials: Sequence[Fit | Samples], channels: int) -> None:
     """Raise ValueError if photographs of so many channels cannot show a mix of these materials."""
     if not 1 <= len(materials) <= MOST_MATERIALS:
@@ -231,9 +223,7 @@ def check_materials(materials: Sequence[Fit | Samples], channels: int) -> None:
 
 def sample_frame(corners: FloatArray, photographs: Sequence[FlatPhotograph]) -> FloatArray:
     """The axes of a sample: along its rows, along its columns nearly, and its normal toward the camera; rows of (3, 3).
-
-    Raises DatasetError as `maps_from_flat` does.
-    """
+    Raises DatasetError as `maps_from_flat` does."""
     name = photographs[0].name
     if corners.shape != (4, 3) or not np.isfinite(corners).all():
         raise DatasetError(f"corners of the shape {corners.shape} found, expected four points (4, 3)", name)
@@ -267,8 +257,7 @@ def coarse(photographs: Sequence[FlatPhotograph], corners: FloatArray,
     they are, for what they show of a bump's highlight is not what one normal in their middle does."""
     found = []
     for each in photographs:
-        toward = corners - each.camera
-        count = pixels_per_texel(find_pixels(each.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)), shape)
+        count = pixels_per_texel(find_pixels(each.rays, corners - each.camera), shape)
         found.append(each if count < _MANY else each.average_texels(texel_corners(corners, shape), count))
     return found
 
@@ -306,34 +295,23 @@ def _points_in_sample(corners: FloatArray, v: FloatArray, u: FloatArray) -> Floa
 
 
 def smooth_slopes(slopes: FloatArray, precision: FloatArray, known: BoolArray) -> FloatArray:
-    """Slopes (h, w, 2) that are their neighbours' as far as they are not known themselves.
+    """The most probable slopes (h, w, 2), where those of neighbours differ by as much as they do beyond what their
+    uncertainty makes: they are their neighbours' as far as they are not known themselves.
 
-    The most probable ones, where those of neighbours differ by as much as they do beyond what their uncertainty makes:
-    the precision (h, w, 2, 2) is the inverse of their covariance, and how much neighbours differ is found where
-    photographs tell of them, (h, w).
+    The precision (h, w, 2, 2) is the inverse of their covariance; `known` is where photographs tell of them, (h, w).
     """
     pairs_known = np.concatenate([(known[1:] & known[:-1]).ravel(), (known[:, 1:] & known[:, :-1]).ravel()])
-    variance = np.trace(np.linalg.inv(precision), axis1=2, axis2=3)
-    pairs = [((slopes[1:] - slopes[:-1]) ** 2, variance[1:] + variance[:-1]),
-             ((slopes[:, 1:] - slopes[:, :-1]) ** 2, variance[:, 1:] + variance[:, :-1])]
-    squared = np.concatenate([each.sum(axis=2).ravel() for each, _ in pairs])
-    doubt = np.concatenate([each.ravel() for _, each in pairs])
     if not pairs_known.any():
         return slopes
+    squared = np.concatenate([(np.diff(slopes, axis=axis) ** 2).sum(axis=2).ravel() for axis in (0, 1)])
+    variance = np.trace(np.linalg.inv(precision), axis1=2, axis2=3)
+    doubt = np.concatenate([(variance[1:] + variance[:-1]).ravel(), (variance[:, 1:] + variance[:, :-1]).ravel()])
     sure = pairs_known & (doubt <= np.median(doubt[pairs_known]))
     relief = max(float((squared - doubt)[sure].mean()) / 2, _LEAST_RELIEF ** 2)
-    height, width = slopes.shape[:2]
-    beside = np.full((height, width), 4.0)
-    for edge in (beside[0], beside[-1], beside[:, 0], beside[:, -1]):
-        edge -= 1
-    inverse = np.linalg.inv(precision + beside[..., None, None] / relief * np.eye(2))
+    beside = 4 * mean_of_neighbours(np.ones((*known.shape, 1)), "constant")
+    inverse = np.linalg.inv(precision + beside[..., None] / relief * np.eye(2))
     own = np.einsum("hwij,hwj->hwi", precision, slopes)
     found = slopes
     for _ in range(_SMOOTHED):
-        around = np.zeros_like(found)
-        around[1:] += found[:-1]
-        around[:-1] += found[1:]
-        around[:, 1:] += found[:, :-1]
-        around[:, :-1] += found[:, 1:]
-        found = np.einsum("hwij,hwj->hwi", inverse, own + around / relief)
+        found = np.einsum("hwij,hwj->hwi", inverse, own + 4 * mean_of_neighbours(found, "constant") / relief)
     return np.asarray(found)

@@ -34,9 +34,7 @@ class FlatPhotograph(Photograph):
     def average_texels(self, points: FloatArray, count: int) -> "FlatPhotograph":
         """The same with a pixel for each texel, the mean of its pixels: `points` (h + 1, w + 1, 3) are the corners of
         texels, each of which has so many pixels along both axes."""
-        toward = (points - self.camera).reshape(-1, 3)
-        places = find_pixels(self.rays, toward / np.linalg.norm(toward, axis=1, keepdims=True)).reshape(
-            *points.shape[:2], 2)
+        places = find_pixels(self.rays, (points - self.camera).reshape(-1, 3)).reshape(*points.shape[:2], 2)
         noise = np.zeros_like(self.radiance[..., :1]) if self.noise is None else self.noise
         light = texel_means(Light(self.radiance, noise, self.counts), places, count)
         middle = (points[:-1, :-1] + points[1:, 1:]) / 2 - self.camera
@@ -81,11 +79,8 @@ def shading_geometry(points: FloatArray, camera: FloatArray, lamp: FloatArray,
 
 
 def observe(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: FloatArray) -> Observed:
-    """What points (n, 3) of a plane with this normal, (3,), show in photographs.
-
-    They do not count where they are outside the picture, masked, saturated, or where lamp or camera stand more than
-    `STEEPEST` from the plane's normal.
-    """
+    """What points (n, 3) of a plane with this normal, (3,), show in photographs. They do not count outside the picture,
+    masked, saturated, or where lamp or camera stand more than `STEEPEST` from the normal."""
     camera, lamp, intensity = (np.array([getattr(each, name) for each in photographs])
                                for name in ("camera", "lamp", "intensity"))
     seen = shading_geometry(points, camera, lamp, intensity)
@@ -129,8 +124,8 @@ def texel_means(light: Light, places: FloatArray, count: int) -> Light:
 
 
 def find_pixels(rays: FloatArray, toward: FloatArray) -> FloatArray:
-    """Where directions (n, 3) are in a picture of rays (height, width, 3): rows and columns (n, 2), the first pixel's
-    centre being 0, 0, and outside the picture somewhere outside it; by Newton's method.
+    """Where directions (n, 3), of any length, are in a picture of rays (height, width, 3): rows and columns (n, 2), the
+    first pixel's centre being 0, 0, and outside the picture somewhere outside it; by Newton's method.
 
     Examples
     --------
@@ -157,11 +152,9 @@ def find_pixels(rays: FloatArray, toward: FloatArray) -> FloatArray:
 
 
 def pixel_corners(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """The first of the four pixels around each place, the shares of the others along both axes, and which are inside:
-    within a pixel's width of the outermost ones' centres, since a sample may fill its pictures.
-
-    Those outside are moved to the edge.
-    """
+    """The first of the four pixels around each place, which is moved to the edge from outside, the shares of the others
+    along both axes, and which are inside: within a pixel of the outermost centres, since a sample may fill its
+    pictures."""
     last = np.array(size) - 1
     held = np.clip(place, 0, last)
     corner = np.minimum(held.astype(int), last - 1)

@@ -50,7 +50,7 @@ def read_sample(setup: CaptureSetup) -> Flat:
     """
     pictures, sample = Pictures(setup), setup.need_sample()
     scene = locate_sample(setup, pictures)
-    view, places, whole = scene.view, corner_places(sample, scene.view.size), _rectangle(sample)
+    view, places, whole = scene.view, corner_places(sample, scene.view.size), sample_corners(sample)
     shape = _shape(setup, places, sample.height / sample.width)
     window = _Window.enclosing(view, whole, places, shape, read_mask(sample, view.size))
     lights = [light for light, shot in zip(pictures.read_photographs(window.part, window.reduce), setup.photographs,
@@ -82,10 +82,9 @@ def read_sample(setup: CaptureSetup) -> Flat:
 
 
 def locate_sample(setup: CaptureSetup, pictures: Pictures) -> Scene:
-    """The scene of a flat sample: the camera by its corners; photographs whose chrome ball shows no lamp are left
-    out."""
+    """The scene of a flat sample, the camera by its corners, without photographs whose chrome ball shows no lamp."""
     sample, size = setup.need_sample(), pictures.size
-    whole, middle = _rectangle(sample), MeasuredPlace(np.zeros(3), float(np.hypot(sample.width, sample.height)))
+    whole, middle = sample_corners(sample), MeasuredPlace(np.zeros(3), float(np.hypot(sample.width, sample.height)))
     places = corner_places(sample, size)
     angle = field_of_view(setup.camera, (read_picture_info(each.files[0]) for each in setup.photographs))
     view, off = find_view(setup.camera, places, whole, size, angle)
@@ -115,17 +114,14 @@ def locate_sample(setup: CaptureSetup, pictures: Pictures) -> Scene:
                  [lamp for _, lamp in found if lamp is not None], scale, lit, (*notes, where))
 
 
-def _rectangle(sample: SampleSetup) -> FloatArray:
+def sample_corners(sample: SampleSetup) -> FloatArray:
     """The corners of a sample: (4, 3), metres."""
-    x, y = sample.width / 2, sample.height / 2
-    return np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    return np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * (sample.width / 2, sample.height / 2, 0)
 
 
 def order_corners(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
-    """Corners in the order of a description, (4, 2), in pixels of a picture of this height and width.
-
-    They are given in any order, as `to_pixels` takes places. What is lowest there is the sample's lower edge.
-    """
+    """Corners in the order of a description, (4, 2), pixels, of those in any order that `to_pixels` takes: what is
+    lowest there is the sample's lower edge."""
     off = corners - corners.mean(axis=0)
     around = corners[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
     # the edges from the first to the second and from the fourth to the third run to the right
@@ -159,17 +155,14 @@ def corner_places(sample: SampleSetup, size: tuple[int, int]) -> FloatArray:
 
 
 def _fill_rim(lights: list[Light], toward: FloatArray, position: FloatArray, half: FloatArray) -> list[Light]:
-    """The same, but pixels that see the sample's edge, or what is right beside it, have what is seen as far within it.
-
-    `half` is of the sample's width and height. Copies of one pixel would look saturated, mirror images do not.
-    """
+    """Light whose pixels that see the sample's edge, or what is right beside it, have what is seen as far within it:
+    copies of one pixel would look saturated, mirror images do not. `half` is of the sample's width and height."""
     step = _EDGE * pixel_angle(toward) * float(position @ position) / position[2]
     seen = (position - toward * (position[2] / np.minimum(toward[..., 2:], -1e-9)))[..., :2]
     within = np.clip(seen, *(sign * np.maximum(half - step, 0) for sign in (-1, 1)))
     rim = (seen != within).any(axis=2) & (np.abs(seen - within) < 2 * step).all(axis=2)
     there = np.column_stack([(2 * within - seen)[rim], np.zeros(int(rim.sum()))]) - position
-    place = find_pixels(toward, there / np.linalg.norm(there, axis=1, keepdims=True))
-    corner, share, _ = pixel_corners(place, rim.shape)
+    corner, share, _ = pixel_corners(find_pixels(toward, there), rim.shape)
     filled = []
     for light in lights:
         radiance, noise, known = light.radiance.copy(), light.noise.copy(), light.known.copy()
@@ -185,8 +178,7 @@ class _Window(NamedTuple):
     part: Part
     toward: FloatArray                  # the directions in which pixels or texels are seen: (h, w, 3)
     mask: BoolArray | None              # of the pixels of the part that count
-    corners: FloatArray | None = None
-    """The corners of texels, rows and columns of the part's pixels: (h + 1, w + 1, 2)."""
+    corners: FloatArray | None = None   # of texels, rows and columns of the part's pixels: (h + 1, w + 1, 2)
     pixels: int = 1                     # pixels of a texel along both axes
 
     @classmethod

@@ -34,10 +34,8 @@ class _Seam(NamedTuple):
 
 
 def cut_tile(maps: Maps) -> Maps:
-    """The part of maps that can be repeated, with corners where it was cut.
-
-    ValueError if they have fewer than `LEAST_TEXELS` along an axis.
-    """
+    """The part of maps that can be repeated, with corners where it was cut. ValueError if they have fewer than
+    `LEAST_TEXELS` along an axis."""
     height, width = maps.used.shape
     if min(height, width) < LEAST_TEXELS:
         raise ValueError(f"{width} x {height} texels, a tile is cut from {LEAST_TEXELS} or more along both sides")

@@ -7,7 +7,6 @@ Digital Cameras, CVPR 2010).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,13 +21,12 @@ _ROUNDS = 2                 # of the mean, whose weights depend on it
 _CENTRE = 0.04              # of a picture's sides: the part whose brightness others are compared with
 
 
-@dataclass(frozen=True, eq=False)
-class Exposure:
+class Exposure(NamedTuple):
     """One photograph of several that differ in exposure."""
 
     pixels: FloatArray          # linear, 1 for white, where the camera is saturated: (height, width, channels)
-    exposure: float = 1.0       # time times sensitivity, in any unit: `picture_files.camera_exposure`
     step: FloatArray | float = 0.0      # of 1, between two values that the file can hold, of each or of all
+    exposure: float = 1.0       # time times sensitivity, in any unit: `picture_files.camera_exposure`
 
 
 class Light(NamedTuple):
@@ -60,24 +58,17 @@ def same_pictures(pictures: Sequence[RealArray], names: Sequence[str]) -> tuple[
 
 
 def merge_exposures(exposures: Sequence[Exposure]) -> Light:
-    """The light that several exposures of one scene saw, in units of white at an exposure of 1.
-
-    Raises DatasetError if there is none, or their sizes differ.
+    """The light that one or more exposures of one size saw, in units of white at an exposure of 1.
 
     Examples
     --------
     The longer exposure is saturated in the first pixel.
 
-    >>> short, long = (Exposure(np.minimum([[[0.5], [0.01]]], 1 / t) * t, t) for t in (1.0, 8.0))
+    >>> short, long = (Exposure(np.minimum([[[0.5], [0.01]]], 1 / t) * t, exposure=t) for t in (1.0, 8.0))
     >>> light = merge_exposures([short, long])
     >>> light.radiance.ravel().round(6).tolist(), bool(light.noise[0, 1, 0] < light.noise[0, 0, 0])
     ([0.5, 0.01], True)
     """
-    if not exposures:
-        raise DatasetError("no exposures found, expected one or more")
-    shapes = {each.pixels.shape for each in exposures}
-    if len(shapes) > 1:
-        raise DatasetError(f"exposures of several sizes found: {', '.join(map(str, sorted(shapes)))}")
     good = [np.asarray((each.pixels < SATURATED).all(axis=2)) for each in exposures]
     known = np.asarray(np.any(good, axis=0))
     radiance, shortest = np.zeros(exposures[0].pixels.shape), min(exposures, key=lambda each: each.exposure)
@@ -97,7 +88,6 @@ def merge_exposures(exposures: Sequence[Exposure]) -> Light:
 
 def subtract_dark(light: Light, dark: Light) -> Light:
     """Light less what was there with the lamp off."""
-    _same_size(light.radiance, dark.radiance, "the photograph with the lamp off")
     return Light(light.radiance - dark.radiance, np.hypot(light.noise, dark.noise), light.known & dark.known)
 
 
@@ -107,21 +97,10 @@ def middle_part(size: tuple[int, ...]) -> tuple[slice, slice]:
     return rows, columns
 
 
-def divide_flat(light: Light, flat: Light, middle: RealArray | None = None) -> Light:
-    """Light without the vignetting that a photograph of an evenly bright surface shows.
-
-    What the middle of the picture shows stays as it is; of a part of the pictures `middle`, (channels,), is what the
-    even surface shows there.
-    """
-    _same_size(light.radiance, flat.radiance, "the photograph of an even surface")
-    if middle is None:
-        middle = flat.radiance[middle_part(flat.known.shape)].mean(axis=(0, 1))
+def divide_flat(light: Light, flat: Light, middle: RealArray) -> Light:
+    """Light without the vignetting that a photograph of an evenly bright surface shows, in whose middle this is
+    `middle`, (channels,): what is seen there stays as it is."""
     share = flat.radiance / np.where(middle > 0, middle, 1)
     seen = flat.known & (share > 0).all(axis=2)
     share = np.where(seen[..., None], share, 1.0)
     return Light(light.radiance / share, light.noise / share, light.known & seen)
-
-
-def _same_size(first: RealArray, second: RealArray, what: str) -> None:
-    if first.shape != second.shape:
-        raise DatasetError(f"{what} has the size {second.shape}, expected {first.shape} as of the others")

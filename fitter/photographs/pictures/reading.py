@@ -76,9 +76,9 @@ class Pictures:
         for first in range(0, len(rows), step):
             band = slice(first, min(first + step, len(rows)))
             there = slice(rows.start + band.start, rows.start + band.stop), slice(columns.start, columns.stop)
-            linear = [(*each.linear(there), exposure) for each, exposure in zip(pictures, exposures, strict=True)]
-            for whole, values in zip(light, merge_exposures([
-                    Exposure(pixels, exposure, between) for pixels, between, exposure in linear]), strict=True):
+            merged = merge_exposures([Exposure(*each.linear(there), exposure)
+                                      for each, exposure in zip(pictures, exposures, strict=True)])
+            for whole, values in zip(light, merged, strict=True):
                 whole[band] = values
         return light
 
@@ -87,14 +87,15 @@ class Pictures:
         lamp, camera = self.setup.lamp, self.setup.camera
         dark, flat = (self._known_light(name, part) if getattr(lamp, name) else None for name in ("dark", "flat"))
         light, path = self.light(given, key, part), getattr(given, key)[0]
-        try:
-            if dark is not None:
-                light = subtract_dark(light, dark)
-            if flat is not None and lamp.flat:
-                middle = self._known_light("flat", middle_part(read_picture_info(lamp.flat[0]).size))
-                light = divide_flat(light, flat, middle.radiance.mean(axis=(0, 1)))
-        except DatasetError as error:
-            raise DatasetError(str(error), path) from error
+        for what, other in (("with the lamp off", dark), ("of an even surface", flat)):
+            if other is not None and other.radiance.shape != light.radiance.shape:
+                raise DatasetError(f"the photograph {what} has the size {other.radiance.shape}, expected "
+                                   f"{light.radiance.shape} as of the others", path)
+        if dark is not None:
+            light = subtract_dark(light, dark)
+        if flat is not None and lamp.flat:
+            middle = self._known_light("flat", middle_part(read_picture_info(lamp.flat[0]).size))
+            light = divide_flat(light, flat, middle.radiance.mean(axis=(0, 1)))
         matrix = camera.matrix if camera.matrix is not None else self.said[path].matrix
         return light if matrix is None or light.radiance.shape[2] != 3 else light.convert(matrix)
 

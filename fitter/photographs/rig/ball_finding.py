@@ -85,10 +85,8 @@ def _outline_above(level: float, grey: FloatArray, rays: FloatArray, name: str) 
 
 def _fit_outline(region: BoolArray, level: float, grey: FloatArray, rays: FloatArray, name: str) -> Outline:
     """The outline of a region, if it is that of a ball."""
-    edges, size = _edges(region, grey, level, rays), pixel_angle(rays)
-    if len(edges) < 2 * _LEAST:
-        raise DatasetError(_NO_DISC, name)
-    v = _consensus(edges, size)
+    size = pixel_angle(rays)
+    v = _consensus(_edges(region, grey, level, rays), size, name)
     for _ in range(3):
         v, residual, arc = _refine(v, grey, rays, size, name)
     outline = Outline.from_vector(v, residual)
@@ -100,12 +98,8 @@ def _fit_outline(region: BoolArray, level: float, grey: FloatArray, rays: FloatA
 
 def disc_outline(mask: BoolArray, rays: FloatArray, name: str = "mask") -> Outline:
     """The outline of the ball that a mask, (h, w), is; raises DatasetError if it is no disc."""
-    size, grey = pixel_angle(rays), mask.astype(float)
-    edges = _edges(mask, grey, 0.5, rays)
-    if len(edges) < 2 * _LEAST:
-        raise DatasetError(_NO_DISC, name)
-    v, arc = fit_cone(edges, _consensus(edges, size), size)
-    residual = float(np.median(np.abs(angle_beyond(edges, v)))) / size
+    size, edges = pixel_angle(rays), _edges(mask, mask.astype(float), 0.5, rays)
+    v, arc, residual = fit_cone(edges, _consensus(edges, size, name), size)
     return _check_outline(Outline.from_vector(v, residual), arc, size, name)
 
 
@@ -176,11 +170,11 @@ def _edges(region: BoolArray, grey: FloatArray, level: float, rays: FloatArray) 
     return np.asarray(edges / np.linalg.norm(edges, axis=1, keepdims=True))
 
 
-def _consensus(edges: FloatArray, size: float) -> FloatArray:
+def _consensus(edges: FloatArray, size: float, name: str) -> FloatArray:
     """The v that most edges agree with."""
-    random = np.random.default_rng(0)
-    best: FloatArray = np.zeros(3)
-    most = -1
+    if len(edges) < 2 * _LEAST:
+        raise DatasetError(_NO_DISC, name)
+    random, best, most = np.random.default_rng(0), np.zeros(3), -1
     for _ in range(_TRIALS):
         three = edges[random.choice(len(edges), 3, replace=False)]
         if abs(np.linalg.det(three)) < 1e-12:
@@ -205,5 +199,5 @@ def _refine(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, name
         clear = (profile.beyond < (1 - CLEAR) * profile.within) & (np.abs(profile.edge) < WINDOW / 2)
     if np.count_nonzero(clear) < _LEAST_ARC * SECTORS:
         return v, np.inf, np.count_nonzero(clear) / SECTORS
-    v, arc = fit_cone(profile.rays[clear], v, size)
-    return v, float(np.median(np.abs(angle_beyond(profile.rays[clear], v)))) / size, arc
+    v, arc, residual = fit_cone(profile.rays[clear], v, size)
+    return v, residual, arc

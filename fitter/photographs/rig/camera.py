@@ -19,8 +19,7 @@ class CameraView(NamedTuple):
     """A camera and its pictures."""
 
     position: FloatArray        # (3,), metres
-    orientation: FloatArray
-    """The rotation from the camera's axes, x to the right, y up, z backward, to those of the scene: (3, 3)."""
+    orientation: FloatArray     # from its axes, x to the right, y up, z backward, to those of the scene: (3, 3)
     size: tuple[int, int]       # height and width, pixels
     angle: float                # of the width, radians
 
@@ -31,8 +30,17 @@ class CameraView(NamedTuple):
         return np.asarray(rays_through(places, self.size, self.angle) @ self.orientation.T)
 
     def project(self, points: FloatArray) -> FloatArray:
-        """Where points (..., 3) are, pixels from the left and the top: (..., 2)."""
-        return project_directions((points - self.position) @ self.orientation, self.size, self.angle)
+        """Where points (..., 3) are, pixels from the left and the top: (..., 2). The inverse of `rays_through`.
+
+        Examples
+        --------
+        >>> view = CameraView(np.zeros(3), np.eye(3), (20, 30), 1.0)
+        >>> view.project(rays_through(np.array([[3.0, 7.5]]), view.size, view.angle)).round(9).tolist()
+        [[3.0, 7.5]]
+        """
+        toward = (points - self.position) @ self.orientation
+        step = 2 * np.tan(self.angle / 2) / self.size[1]
+        return np.asarray(np.array(self.size[::-1]) / 2 + toward[..., :2] / -toward[..., 2:] / step * (1, -1))
 
 
 def rays(height: int, width: int, angle: float, orientation: ArrayLike | None = None) -> FloatArray:
@@ -58,24 +66,9 @@ def rays_through(places: FloatArray, size: tuple[int, int], angle: float) -> Flo
     return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
 
 
-def project_directions(directions: FloatArray, size: tuple[int, int], angle: float) -> FloatArray:
-    """The inverse of `rays_through`: where directions (..., 3) in the camera's axes are, pixels, (..., 2).
-
-    Examples
-    --------
-    >>> project_directions(rays_through(np.array([[3.0, 7.5]]), (20, 30), 1.0), (20, 30), 1.0).round(9).tolist()
-    [[3.0, 7.5]]
-    """
-    step = 2 * np.tan(angle / 2) / size[1]
-    x, y = (directions[..., axis] / -directions[..., 2] / step for axis in (0, 1))
-    return np.stack([size[1] / 2 + x, size[0] / 2 - y], axis=-1)
-
-
 def orientation(camera: CameraSetup, middle: ArrayLike) -> FloatArray:
-    """The orientation of a camera, as `CameraView` has it, that by default looks at the middle of what is measured.
-
-    One that is far by default looks along -z, with y up: the scene has the axes of its pictures.
-    """
+    """The orientation of a camera, as `CameraView` has it: by default it looks at the middle of what is measured, and
+    one that is far along -z, with y up, so that the scene has the axes of its pictures."""
     def default_to(value: FloatArray | None, default: ArrayLike) -> ArrayLike:
         return default if value is None else value
 

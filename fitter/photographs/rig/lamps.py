@@ -47,10 +47,8 @@ class Highlight(NamedTuple):
     direction: FloatArray   # unit vector: (3,)
 
     def lamp(self, middle: FloatArray, distance: float | None) -> LampPlace:
-        """The lamp on the line that is so far from a place, (3,), metres, or far away.
-
-        Raises DatasetError if the distance is less than that of the ball.
-        """
+        """The lamp on the line that is so far from a place, (3,), metres, or far away. DatasetError if the ball is
+        farther."""
         if distance is None:
             return LampPlace(self.direction, True)
         off = self.point - middle
@@ -82,9 +80,7 @@ def find_lamps(setup: CaptureSetup, pictures: Pictures, view: CameraView,
     shots, is_flat = setup.photographs, setup.sample is not None
     turn = view.orientation if setup.is_by_light_positions else None
     mirrored = [each for each in shots if each.lamp is None and each.direction is None]
-    if is_flat and len(mirrored) < len(shots):
-        mirrored = []
-    if not mirrored:
+    if not mirrored or (is_flat and len(mirrored) < len(shots)):
         return [place_lamp(each, what.middle, turn, setup.lamp.ball) for each in shots]
     chrome = setup.chrome or BallSetup(where="chrome", path=setup.path)
     if not is_flat:                 # it is in the place of the ball
@@ -92,25 +88,25 @@ def find_lamps(setup: CaptureSetup, pictures: Pictures, view: CameraView,
                          radius=chrome.radius or what.size)
     ball = _find_chrome_ball(chrome, mirrored, pictures, view)
     part = _part_around(ball, view) if is_flat else None
-    rays, found = view.rays(part or WHOLE), list[LampPlace | None]()
-    for shot in shots:
+    rays = view.rays(part or WHOLE)
+
+    def find_lamp(shot: Shot) -> LampPlace | None:
         if shot not in mirrored:
-            found.append(place_lamp(shot, what.middle, turn))
-            continue
+            return place_lamp(shot, what.middle, turn)
         key = "chrome" if shot.chrome else "files"
         light, name = pictures.lamp_light(shot, key, part), getattr(shot, key)[0].name
         try:
             shown = find_highlight(light.radiance, rays, view.position, *ball, name)
         except DatasetError:
-            if not is_flat:
-                raise
-            shown = None
-        if shown is None or (is_flat and not shown.direction[2] > 0):       # what is beside it is bright at its rim
-            found.append(None)
-        else:
-            found.append(shown.lamp(what.middle, shot.distance or setup.lamp.distance) if is_flat
-                         else shown.lamp(ball.middle, shot.distance))
-    return found
+            if is_flat:
+                return None
+            raise
+        if not is_flat:
+            return shown.lamp(ball.middle, shot.distance)
+        # what is beside it is bright at its rim
+        return shown.lamp(what.middle, shot.distance or setup.lamp.distance) if shown.direction[2] > 0 else None
+
+    return [find_lamp(shot) for shot in shots]
 
 
 def place_lamp(given: Shot | Known, middle: FloatArray, turn: FloatArray | None = None,

@@ -5,8 +5,7 @@ Rays r that touch a ball make the same angle with the direction a to its centre,
     r . a = cos gamma,    sin gamma = radius / distance
 
 With v = a / cos gamma that is r . v = 1, which is linear: least squares find v from rays through the outline, where a
-circle in the picture would be wrong, for perspective makes it an ellipse. `ball_finding` finds a ball, `ball_placing`
-moves it to its outline.
+circle in the picture would be wrong, for perspective makes it an ellipse.
 """
 
 from typing import NamedTuple
@@ -106,19 +105,18 @@ def _means(sector: IntArray, value: FloatArray) -> FloatArray:
         return np.asarray(np.bincount(sector, value, SECTORS) / np.bincount(sector, minlength=SECTORS))
 
 
-def fit_cone(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArray, float]:
-    """The v of rays of which some are wrong, and the share of the circle about it where rays agree; v without any."""
-    if len(touching) < 3:
-        return v, 0.0
-    near = touching
+def fit_cone(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArray, float, float]:
+    """The v of rays of which some are wrong, the share of the circle about it where rays agree, and the median distance
+    of all from it, pixels; v, 0 and infinity without any."""
+    near, off = touching, np.full(1, np.inf)
     for _ in range(_ROUNDS):
         if len(near) < 3:
-            return v, 0.0
+            return v, 0.0, np.inf
         v = np.asarray(np.linalg.lstsq(near, np.ones(len(near)), rcond=None)[0], dtype=float)
         off = np.abs(angle_beyond(touching, v)) / size
         near = touching[off <= 3 * TO_SIGMA * np.median(off) + 0.05]       # not a stand, nor where the lit part ends
     x, y = _perpendicular_axes(v / np.linalg.norm(v))
-    return np.asarray(v), len(np.unique(_sector(near, x, y))) / SECTORS
+    return v, len(np.unique(_sector(near, x, y))) / SECTORS, float(np.median(off))
 
 
 def _sector(rays: FloatArray, x: FloatArray, y: FloatArray) -> IntArray:

@@ -1,7 +1,8 @@
 """What photographs of balls and of flat samples share: a picture, and where camera and lamp were."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -86,6 +87,15 @@ class Photograph:
         return array
 
 
+def check_alike(photographs: Sequence[Photograph]) -> None:
+    """Raise DatasetError, of the first that differs, if photographs differ in size or number of channels."""
+    first = photographs[0]
+    for other in photographs[1:]:
+        if other.radiance.shape != first.radiance.shape:
+            raise DatasetError("{1} x {0} pixels with {2} channels found, expected {4} x {3} pixels with {5} as in "
+                               "{6}".format(*other.radiance.shape, *first.radiance.shape, first.name), other.name)
+
+
 def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
     """Directions to light and viewer about normals, all (n, 3) unit vectors, as angles: four (n,), phi_i is 0.
 
@@ -100,6 +110,12 @@ def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> 
              for cross, toward in ((cross_i, light), (cross_o, view))]
     turn = np.arctan2(np.sum(np.cross(cross_i, cross_o) * normal, axis=1), np.sum(cross_i * cross_o, axis=1))
     return theta[0], np.zeros(len(turn)), theta[1], turn
+
+
+def mean_of_neighbours(picture: RealArray, beyond: Literal["constant", "edge"] = "edge") -> FloatArray:
+    """The mean of the four neighbours of each pixel, (h, w, channels) to the same, beyond the picture its edge or 0."""
+    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode=beyond)
+    return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
 
 
 def is_saturated(radiance: RealArray) -> BoolArray:

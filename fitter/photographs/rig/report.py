@@ -18,9 +18,6 @@ class MeasurementReport(NamedTuple):
 
 def judge_left_out(photographs: Sequence[_Photograph], number: int,
                    error: Callable[[list[_Photograph], _Photograph], float]) -> Judgement:
-    """How far one of photographs is from what the others say of it, in words.
-
-    The error is relative to its root mean square, of the others and it.
-    """
+    """How far one of photographs is from what the others say of it, of its root mean square, in words."""
     others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
     return UNPREDICTED if len(others) < 2 else prediction_message(shot.name, error(others, shot))

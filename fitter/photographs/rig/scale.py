@@ -6,6 +6,7 @@ painted ball of known albedo tells I in each channel, and with it the colour of 
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -47,13 +48,9 @@ def lamp_intensity(scale: ScaleSetup, pictures: Pictures, channels: int, what: M
         raise known.error("albedo", f"a number above 0, or {channels}")
     if scale.ball is not None and by_ball is not None:
         return by_ball(known, place, unit), ("Scale and colour by a ball of known albedo",)
-    part = _read_region(known, pictures)
-    try:
-        assert known.normal is not None
-        return (intensity_of_card(part, what.middle, known.normal, place, known.albedo),
-                ("Scale and colour by a card of known albedo",))
-    except DatasetError as error:
-        raise DatasetError(str(error), known.file[0]) from error
+    assert known.normal is not None
+    return (intensity_of_card(_read_region(known, pictures), what.middle, known.normal, place, known.albedo,
+                              known.file[0]), ("Scale and colour by a card of known albedo",))
 
 
 def resolve_scale(scale: ScaleSetup, what: MeasuredPlace, is_far: bool) -> ScaleSetup:
@@ -80,42 +77,32 @@ def _read_region(card: Known, pictures: Pictures) -> FloatArray:
     return np.asarray(part)
 
 
-def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, lamp: ArrayLike,
-                      albedo: ArrayLike) -> FloatArray:
+def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, lamp: ArrayLike, albedo: ArrayLike,
+                      name: str | Path) -> FloatArray:
     """The intensity of a lamp whose light is seen on a card in pixels of this radiance, (..., channels): (channels,),
     W/sr in the units of the radiance.
 
     The point is where the card is, the normal where it faces, the albedo .18 of a grey one, or one for each channel.
-    Raises DatasetError if the lamp does not light the card, or the card is dark.
+    Raises DatasetError, of the file `name`, if the lamp does not light the card, or the card is dark.
 
     Examples
     --------
-    >>> intensity_of_card([0.18 / np.pi], (0, 0, 0), (0, 0, 1), (0, 0, 2), 0.18).round(6).tolist()
+    >>> intensity_of_card([0.18 / np.pi], (0, 0, 0), (0, 0, 1), (0, 0, 2), 0.18, "card.exr").round(6).tolist()
     [4.0]
     """
-    away = np.asarray(lamp, dtype=float) - np.asarray(point, dtype=float)
-    distance = float(np.linalg.norm(away))
-    length = float(np.linalg.norm(np.asarray(normal, dtype=float)))
-    cosine = float(away @ np.asarray(normal, dtype=float)) / (distance * length) if distance * length else 0.0
+    away, normal, values = np.subtract(lamp, point), np.asarray(normal), np.asarray(radiance, dtype=float)
+    distance, length = np.linalg.norm(away), np.linalg.norm(normal)
+    cosine = away @ normal / (distance * length) if distance * length else 0.0
     if cosine <= 0:
-        raise DatasetError("the card does not face the lamp")
-    values = np.asarray(radiance, dtype=float)
+        raise DatasetError("the card does not face the lamp", name)
     return check_intensity(np.pi * values.reshape(-1, values.shape[-1]).mean(axis=0) * distance ** 2
-                           / (check_albedo(albedo) * cosine), "card")
+                           / (np.asarray(albedo) * cosine), "card", name)
 
 
-def check_albedo(albedo: ArrayLike) -> FloatArray:
-    """An albedo, or one for each channel. DatasetError where it is none."""
-    albedo = np.asarray(albedo, dtype=float)
-    if not ((albedo > 0) & (albedo <= 1)).all():
-        raise DatasetError(f"an albedo of {albedo.tolist()} found, expected more than 0 and at most 1")
-    return albedo
-
-
-def check_intensity(intensity: FloatArray, what: str) -> FloatArray:
-    """An intensity by what has a known albedo. DatasetError where that was dark."""
+def check_intensity(intensity: FloatArray, what: str, name: str | Path) -> FloatArray:
+    """An intensity by what has a known albedo. DatasetError, of a file or its name, where that was dark."""
     if not (intensity > 0).all():
-        raise DatasetError(f"the {what} of known albedo is dark in a channel")
+        raise DatasetError(f"the {what} of known albedo is dark in a channel", name)
     return np.asarray(intensity)
 
 

@@ -5,14 +5,13 @@ import re
 import bpy
 import numpy as np
 import pytest
-from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 import fitter
 from support import ball_files, flat_files, flat_scene, stage
-from support.blend_state import state
 from support.checkout import ROOT
 from support.drawn import draw
+from tests.addon.photographs.test_photographs import describe, pixel, refused
 from tests.fitter.photographs.test_flat_setup import even
 
 HEIGHT, WIDTH = flat_files.SIZE
@@ -43,19 +42,10 @@ def opened(blender, written):
     return open_scene(written)
 
 
-@pytest.fixture
-def made(extension):
-    from measured_brdf.addon.photographs import describing as made
-
-    return made
-
-
-def pixel(item, corner):
+def corner_pixel(item, corner):
     """Where Blender's camera shows a vertex of an object: column and row."""
     bpy.context.view_layer.update()
-    x, y, _ = world_to_camera_view(bpy.context.scene, bpy.context.scene.camera,
-                                   item.matrix_world @ item.data.vertices[corner].co)
-    return x * WIDTH, (1 - y) * HEIGHT
+    return pixel(item.matrix_world @ item.data.vertices[corner].co)
 
 
 def names(folder):
@@ -66,7 +56,7 @@ def test_a_description_becomes_a_scene_with_the_outline_where_the_corners_are(op
     scene = bpy.context.scene
     for item in (opened.sample, bpy.data.objects["Outline"]):
         for number, place in enumerate(flat_files.corners()):
-            np.testing.assert_allclose(pixel(item, number), place, atol=0.1)
+            np.testing.assert_allclose(corner_pixel(item, number), place, atol=0.1)
     assert [(each.name, each.used) for each in opened.photographs] == [(f"lamp{k}", True) for k in range(1, 11)]
     for shot, lamp in zip(opened.photographs, LAMPS, strict=True):
         np.testing.assert_allclose(shot.lamp.location, lamp, atol=1e-5)
@@ -80,7 +70,7 @@ def test_pictures_that_are_chosen_at_once_are_of_a_sample_that_fills_them(blende
     assert (settings.width, settings.height) == pytest.approx((0.2, 0.2 * HEIGHT / WIDTH))
     assert settings.is_far
     for number, place in enumerate([[0, HEIGHT], [WIDTH, HEIGHT], [WIDTH, 0], [0, 0]]):
-        np.testing.assert_allclose(pixel(settings.sample, number), place, atol=0.3)
+        np.testing.assert_allclose(corner_pixel(settings.sample, number), place, atol=0.3)
 
 
 def positions(folder, name, is_project):
@@ -169,37 +159,36 @@ def draw_mask(name, places):
     return mask
 
 
-def test_corners_and_masks_are_drawn_in_the_image_editor(opened, made):
+def test_corners_and_masks_are_drawn_in_the_image_editor(opened):
     places = np.array(flat_files.corners())
     opened.drawn_corners = draw_mask("corners", (places + [3, -2])[[2, 0, 1, 3]])
     opened.drawn_outline = draw_mask("triangle", [[10, 10], [90, 10], [50, 80]])
-    described = made.describe_scene(bpy.context.scene)["sample"]
-    np.testing.assert_allclose(described["corners"], places + [3, -2], atol=1e-3)
-    x, y = np.transpose(described["outline"])
+    drawn = describe()["sample"]
+    np.testing.assert_allclose(drawn["corners"], places + [3, -2], atol=1e-3)
+    x, y = np.transpose(drawn["outline"])
     assert (x.min(), x.max(), y.min(), y.max()) == pytest.approx((10, 90, 10, 80), abs=0.5)
     assert bpy.ops.measured_brdf.fit_outline() == {"FINISHED"}
     for number, place in enumerate(places + [3, -2]):
-        np.testing.assert_allclose(pixel(opened.sample, number), place, atol=1.0)
+        np.testing.assert_allclose(corner_pixel(opened.sample, number), place, atol=1.0)
     opened.drawn_outline = draw_mask("line", [[10, 10], [90, 10]])
-    with pytest.raises(RuntimeError, match="Drawn Mask: 'line' is not a mask of one spline with three points or more"):
-        bpy.ops.measured_brdf.measure_sample()
+    refused(bpy.ops.measured_brdf.measure_sample,
+            "Drawn Mask: 'line' is not a mask of one spline with three points or more")
 
 
-def test_what_a_description_says_of_outline_and_brightness_is_in_the_scene(blender, written, made):
+def test_what_a_description_says_of_outline_and_brightness_is_in_the_scene(blender, written):
     path, places = written.with_name("outlined.toml"), [[10.0, 10.0], [90.0, 12.0], [50.0, 80.0]]
     numbers = [1 + 0.1 * number for number in range(10)]
     path.write_text(written.read_text("utf-8").replace("[sample]", f"[lamp]\nbrightness = {numbers}\n[sample]\n"
                                                                    f"outline = {places}"), "utf-8")
     settings = open_scene(path)
-    described = made.describe_scene(bpy.context.scene)
-    assert described["lamp"]["brightness"] == pytest.approx(numbers)
-    x, y = np.transpose(described["sample"]["outline"])
+    assert describe()["lamp"]["brightness"] == pytest.approx(numbers)
+    x, y = np.transpose(describe()["sample"]["outline"])
     assert (x.min(), x.max(), y.min(), y.max()) == pytest.approx((10, 90, 10, 80), abs=1e-4)
     settings.photographs[2].used = False
-    assert made.describe_scene(bpy.context.scene)["lamp"]["brightness"] == pytest.approx(numbers[:2] + numbers[3:])
+    assert describe()["lamp"]["brightness"] == pytest.approx(numbers[:2] + numbers[3:])
     path.write_text(path.read_text("utf-8").replace(str(numbers), str(numbers[:4])), "utf-8")
-    with pytest.raises(RuntimeError, match=r"lamp.brightness is .*, expected 10 numbers"):
-        open_scene(path)
+    refused(bpy.ops.measured_brdf.measure_sample_photographs, r"lamp.brightness is .*, expected 10 numbers",
+            filepath=str(path))
 
 
 @pytest.mark.parametrize(("spoil", "message"), [
@@ -211,10 +200,7 @@ def test_what_a_description_says_of_outline_and_brightness_is_in_the_scene(blend
 ])
 def test_what_is_wrong_is_said_in_the_words_of_the_panel_and_changes_nothing(opened, spoil, message):
     spoil(opened)
-    before = state()
-    with pytest.raises(RuntimeError, match=message):
-        bpy.ops.measured_brdf.measure_sample()
-    assert state() == before
+    refused(bpy.ops.measured_brdf.measure_sample, message)
 
 
 def test_what_the_panel_says_otherwise_is_said_by_the_fitter(extension):

@@ -33,22 +33,22 @@ def test_means_are_those_of_the_reflectance_however_noisy_the_pixels_are(slices,
     truth, random = make(), np.random.default_rng(5)
     values = truth.evaluate(*slices)
     noisy = values * (1 + 0.2 * random.standard_normal(values.shape))
-    cells = bin_samples(slices, noisy, np.full(len(values), 0.2), 5000)
-    assert 3000 < len(cells.values) <= 5000
-    exact = truth.evaluate(*cells.directions)
-    off = (cells.values / exact - 1).mean(axis=1)
+    directions, means, deviation = bin_samples(slices, noisy, np.full(len(values), 0.2), 5000)
+    assert 3000 < len(means) <= 5000
+    exact = truth.evaluate(*directions)
+    off = (means / exact - 1).mean(axis=1)
     # a bias would be the same everywhere; what is left is noise
-    assert abs(np.average(off, weights=1 / cells.deviation ** 2)) < 0.003
+    assert abs(np.average(off, weights=1 / deviation ** 2)) < 0.003
     highlight = exact.mean(axis=1) > np.quantile(exact.mean(axis=1), 0.95)
-    assert abs(np.average(off[highlight], weights=1 / cells.deviation[highlight] ** 2)) < 0.01
+    assert abs(np.average(off[highlight], weights=1 / deviation[highlight] ** 2)) < 0.01
 
 
 def test_the_deviation_is_that_of_the_means(slices):
     truth, random = ball_scene.matte(), np.random.default_rng(6)
     values = truth.evaluate(*slices)[:, :1]
-    cells = bin_samples(slices, values * (1 + 0.2 * random.standard_normal(values.shape)), np.full(len(values), 0.2),
-                        20_000)
-    off = (cells.values / truth.evaluate(*cells.directions)[:, :1] - 1)[:, 0] / cells.deviation
+    directions, means, deviation = bin_samples(slices, values * (1 + 0.2 * random.standard_normal(values.shape)),
+                                               np.full(len(values), 0.2), 20_000)
+    off = (means / truth.evaluate(*directions)[:, :1] - 1)[:, 0] / deviation
     assert np.sqrt(np.mean(off ** 2)) == pytest.approx(1, abs=0.15)
 
 
@@ -56,9 +56,9 @@ def test_directions_that_scatter_more_than_their_pixels_say_count_less():
     directions = tuple(np.repeat([[a, b]], 50, axis=0).T.ravel() for a, b in ((0.3, 0.9), (0, 0), (0.4, 0.8), (2, 1)))
     values = np.ones((100, 1))
     values[:50] += 0.3 * np.random.default_rng(1).standard_normal((50, 1))
-    cells = bin_samples(directions, values, np.full(100, 0.01), 10)
-    order = np.argsort(cells.directions[0])
-    assert cells.deviation[order][0] > 10 * cells.deviation[order][1]
+    found, _, deviation = bin_samples(directions, values, np.full(100, 0.01), 10)
+    order = np.argsort(found[0])
+    assert deviation[order][0] > 10 * deviation[order][1]
 
 
 def test_many_pixels_become_at_most_so_many_samples(monkeypatch):

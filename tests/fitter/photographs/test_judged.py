@@ -130,19 +130,6 @@ def test_a_guess_says_the_largest_albedo_that_there_can_be(flat, run):
     assert not [each for each in doubts if each.startswith("More light leaves than arrives")]
 
 
-@pytest.mark.parametrize("scale", ["albedo = 50", "albedo = 1.01"])
-def test_an_albedo_above_1_is_refused_with_its_file_and_key(flat, ball, run, scale, tmp_path):
-    other = ball.with_name("guessed.toml")
-    text = ball.read_text("utf-8")
-    start, end = text.index("card = {"), text.index("}", text.index("card = {")) + 1
-    other.write_text(text[:start] + scale + text[end:], "utf-8")
-    for command, path in (("flat", described(flat, scale=scale)), ("photographs", other)):
-        code, (line,), _ = run(command, path)
-        assert code == 1
-        assert line.startswith(f"error: {path}: scale.albedo is {float(scale.split()[-1]):g}, expected more than 0")
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_black_photograph_is_refused_with_its_name(flat, ball, run, tmp_path):
     ball_files.write_picture(flat / "black.exr", np.zeros((*flat_files.SIZE, 3)))
     ball_files.write_picture(ball.with_name("black.exr"), np.zeros((120, 120, 3)))
@@ -164,20 +151,12 @@ def test_black_arrays_are_refused_too(flat):
         fitter.maps_from_flat(shots, flat_scene.corners(), (4, 4))
 
 
-def test_a_ball_is_judged_in_the_same_words(ball, run):
-    code, lines, doubts = run("photographs", ball)
-    missed, grade = predicted(lines)
-    assert code == 0
-    assert grade in ("excellent", "good")
-    assert missed < 0.1
-    assert not doubts
-
-
 def test_a_ball_is_judged_by_a_photograph_that_others_surround_whatever_their_order(openimageio, paints, run, tmp_path):
-    """Nobody knows what is beyond the largest phase angle."""
+    """In the same words. Nobody knows what is beyond the largest phase angle."""
     scenes = [ball_scene.at_phase(angle, turn=50 * k) for k, angle in enumerate((15, 70, 130, 100, 40))]
-    code, lines, _ = run("photographs", ball_files.write(tmp_path / "ball", paints[0], scenes))
-    assert (code, predicted(lines)[1]) in [(0, "excellent"), (0, "good")]
+    code, lines, doubts = run("photographs", ball_files.write(tmp_path / "ball", paints[0], scenes))
+    assert (code, doubts) == (0, [])
+    assert predicted(lines)[1] in ("excellent", "good")
     assert any(line.startswith("  Without lamp2.exr, ") for line in lines)
 
 
@@ -206,13 +185,3 @@ def test_a_ball_with_lamps_elsewhere_is_not_predicted(ball, run):
     assert (code, grade) == (3, "poor")
     assert missed > 0.2
     assert "So the photographs are not predicted" in doubts[0]
-
-
-def test_a_ball_in_millimetres_exits_3(ball, run):
-    other = ball.with_name("bright.toml")
-    text = ball.read_text("utf-8")
-    start, end = text.index("card = {"), text.index("}", text.index("card = {")) + 1
-    other.write_text(text[:start] + "intensity = 2e-6" + text[end:], "utf-8")
-    code, _, doubts = run("photographs", other)
-    assert code == 3
-    assert any(each.strip().startswith("More light leaves than arrives") for each in doubts)

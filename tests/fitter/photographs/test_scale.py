@@ -22,28 +22,36 @@ from tests.fitter.photographs.test_ball import photographed
 WHITE = Truth("white", "", lambda *directions: np.full((len(directions[0]), 3), 0.8 / np.pi))
 
 
+def measured_under(phases, paint, noise=0.0, size=(60, 60)):
+    """The samples of a ball under lamps at these phase angles."""
+    return fitter.samples_from_ball([photographed(scene, paint, noise)
+                                     for scene in ball_scene.scenes(phases, size=size)])
+
+
+@pytest.fixture(scope="module")
+def white():
+    return measured_under((30, 80, 130), WHITE, 0.01)
+
+
 def test_a_white_ball_tells_the_intensity_and_the_colour_of_the_lamp():
     scene = ball_scene.at_phase(50, 20, intensity=(3.0, 2.0, 1.0), size=(60, 60))
     shot = replace(photographed(scene, WHITE, noise=0.02), intensity=np.ones(3))
     np.testing.assert_allclose(intensity_of_ball(shot, 0.8), [3, 2, 1], rtol=3e-3)
-    with pytest.raises(fitter.DatasetError, match=r"an albedo of 1\.2 found"):
-        intensity_of_ball(shot, 1.2)
 
 
 def test_a_card_tells_it_too():
     """At 2 m, turned by 60 degrees from the lamp: a quarter of a half."""
     normal = (0, -np.sin(np.pi / 3), np.cos(np.pi / 3))
     radiance = np.full((7, 3), 0.18 / np.pi * 0.5 / 4) * [4, 2, 1]
-    np.testing.assert_allclose(intensity_of_card(radiance, (0, 0, 0), normal, (0, 0, 2), 0.18), [4, 2, 1])
-    with pytest.raises(fitter.DatasetError, match="does not face the lamp"):
-        intensity_of_card(radiance, (0, 0, 0), (0, 0, -1), (0, 0, 2), 0.18)
+    np.testing.assert_allclose(intensity_of_card(radiance, (0, 0, 0), normal, (0, 0, 2), 0.18, "card"), [4, 2, 1])
+    with pytest.raises(fitter.DatasetError, match=r"^card: the card does not face the lamp"):
+        intensity_of_card(radiance, (0, 0, 0), (0, 0, -1), (0, 0, 2), 0.18, "card")
 
 
-def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a_guess():
-    shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
-    samples = fitter.samples_from_ball(shots)
-    np.testing.assert_allclose(reflected_light(samples), 0.8, rtol=0.01)
-    guessed = scale_samples(replace(samples, values=samples.values * 7), 0.4)
+def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a_guess(white):
+    np.testing.assert_allclose(reflected_light(white), 0.8, rtol=0.01)
+    guessed, factor, _ = scale_samples(replace(white, values=white.values * 7), 0.4)
+    assert factor == pytest.approx(1 / 14, rel=0.01)
     assert np.median(guessed.values) == pytest.approx(0.4 / np.pi, rel=0.01)
     assert guessed.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
 
@@ -51,10 +59,8 @@ def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a
 @pytest.mark.parametrize(("times", "note"), [
     (1.2, ""), (1.5, r"More light leaves than arrives, 1\.\d+ of it at .* degrees: the lamp's intensity, a card's .*"),
     (1e-4, r"Only 8(\.\d)?e-05 of the light leaves, less than of the blackest paints: the lamp's intensity, .*")])
-def test_a_lamp_that_makes_a_paint_reflect_more_than_arrives_or_nothing_is_told(times, note):
-    shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
-    shots = [replace(each, intensity=each.intensity / times) for each in shots]
-    assert re.fullmatch(note, "".join(implausible_light(reflected_light(fitter.samples_from_ball(shots)))))
+def test_a_lamp_that_makes_a_paint_reflect_more_than_arrives_or_nothing_is_told(white, times, note):
+    assert re.fullmatch(note, "".join(implausible_light(reflected_light(replace(white, values=white.values * times)))))
 
 
 @pytest.mark.parametrize("albedo", [0.8, 0.9])
@@ -62,8 +68,7 @@ def test_an_albedo_that_no_paint_of_this_kind_can_have_is_told_and_the_largest_t
     """Of cos i + cos o the share of light from theta is cos theta + 2 / 3, which is 4 / 3 in the mean, and 1.62 at 17
     degrees, where no more than all may leave."""
     paint = Truth("", "", lambda *at: np.repeat((np.cos(at[0]) + np.cos(at[2]))[:, None] / 4 / np.pi, 3, axis=1))
-    shots = [photographed(scene, paint, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
-    notes = scale_samples(fitter.samples_from_ball(shots), albedo).notes
+    notes = scale_samples(measured_under((30, 80, 130), paint, 0.01), albedo)[0].notes
     told = re.search(r"More light leaves than arrives, 1\.\d+ of it at 17 degrees: an albedo of (.*) is the largest",
                      notes[-1])
     assert (told is None) == (albedo == 0.8)
@@ -95,8 +100,7 @@ def test_a_chrome_ball_shows_where_the_lamp_is():
 
 @pytest.fixture(scope="module")
 def two_lamps():
-    return fitter.samples_from_ball([photographed(scene, ball_scene.matte())
-                                     for scene in ball_scene.scenes((40, 100), size=(50, 50))])
+    return measured_under((40, 100), ball_scene.matte(), size=(50, 50))
 
 
 def test_coverage_is_that_of_a_search_over_all_pairs(two_lamps, monkeypatch):
@@ -121,8 +125,7 @@ def test_coverage_is_that_of_a_search_over_all_pairs(two_lamps, monkeypatch):
 
 
 def test_the_next_lamp_is_where_the_only_gap_is_or_nowhere(two_lamps):
-    one = fitter.samples_from_ball([photographed(scene, ball_scene.matte())
-                                    for scene in ball_scene.scenes((20, 40, 60, 80), size=(50, 50))])
+    one = measured_under((20, 40, 60, 80), ball_scene.matte(), size=(50, 50))
     covered = coverage.coverage(one)
     assert covered.difference == (pytest.approx(10, abs=2.5), pytest.approx(40, abs=2.5))
     assert [round(low / 10) for low, _ in covered.gaps] == [4]
@@ -139,14 +142,9 @@ def test_the_next_lamp_is_where_the_only_gap_is_or_nowhere(two_lamps):
 def test_the_next_lamp_is_where_a_photograph_helps_most():
     """Beside a fit to each photograph that might be next: not where the gap is the widest."""
     lamps, paint, at = (40, 110), ball_scene.glossy(), directions()
-
-    def measured_under(phases):
-        return fitter.samples_from_ball([photographed(scene, paint, noise=0.01)
-                                         for scene in ball_scene.scenes(phases, size=(60, 60))])
-
-    samples, truth = measured_under(lamps), paint.evaluate(*at)
+    samples, truth = measured_under(lamps, paint, 0.01), paint.evaluate(*at)
     gaps = coverage.coverage(samples).gaps
-    fits = [fitter.fit(measured_under((*lamps, sum(gap))), **fitter.PRESETS["Standard"]) for gap in gaps]
+    fits = [fitter.fit(measured_under((*lamps, sum(gap)), paint, 0.01), **fitter.PRESETS["Standard"]) for gap in gaps]
     errors = [difference(at[2], truth, fit.evaluate(*at)) for fit in fits]
     print(gaps, errors)
     best = gaps[int(np.argmin(errors))]
