@@ -44,12 +44,8 @@ _NOT_GIVEN = object()       # None means plain MBA
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 0, or 1 with a message on standard error; `BAD`; or `interrupts.CANCELLED`.
-
-    Parameters
-    ----------
-    arguments
-        By default those of the process.
+    """Run one command, by default that of the process. The exit code is 0, or 1 with a message on standard error;
+    `BAD`; or `interrupts.CANCELLED`.
 
     Examples
     --------

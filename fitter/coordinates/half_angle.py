@@ -32,18 +32,10 @@ RELATIVE_SOFTENING = 0.3             # delta, times the larger of the stretch an
 
 @dataclass(frozen=True)
 class HalfAngle:
-    """These coordinates as a `coordinates.Coordinates`.
+    """These coordinates as a `coordinates.Coordinates`."""
 
-    Attributes
-    ----------
-    stretch : float
-        The stretch k of the half angle, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
-    back_stretch : float
-        Likewise, of the difference vector (x, y).
-    """
-
-    stretch: float = stretch.NO_STRETCH
-    back_stretch: float = 0.0
+    stretch: float = stretch.NO_STRETCH     # k of the half angle: as of `HalfDifference`
+    back_stretch: float = 0.0               # likewise, of the difference vector (x, y)
     name: ClassVar[str] = "half_angle"
     axes: ClassVar[tuple[str, ...]] = ("h", "x", "y")
 

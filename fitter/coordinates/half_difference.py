@@ -35,18 +35,10 @@ HALF_DIFFERENCE_SOFTENING = 0.03            # the softening radius delta, at mos
 
 @dataclass(frozen=True)
 class HalfDifference:
-    """Half and difference coordinates as a `coordinates.Coordinates`.
+    """Half and difference coordinates as a `coordinates.Coordinates`."""
 
-    Attributes
-    ----------
-    softening : float
-        The softening radius delta, above 0.
-    stretch : float
-        The stretch k of the half vector, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
-    """
-
-    softening: float = HALF_DIFFERENCE_SOFTENING
-    stretch: float = stretch.NO_STRETCH
+    softening: float = HALF_DIFFERENCE_SOFTENING    # the softening radius delta, above 0
+    stretch: float = stretch.NO_STRETCH  # k of the half vector: `LEAST_STRETCH` to `LARGEST_STRETCH`, or 0 for none
     name: ClassVar[str] = "half_difference"
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 

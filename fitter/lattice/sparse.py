@@ -15,21 +15,11 @@ _SPARSE_POINTS = 4096       # points evaluated at a time otherwise
 
 @dataclass(frozen=True)
 class SparseLattice:
-    """A lattice whose control points are in the slots of a minimal perfect hash; all others are 0.
-
-    Attributes
-    ----------
-    level : int
-    index : perfect_hash.PerfectHash
-        Its keys are positions in the flattened box of `dense.shape(level, axes)`.
-    coefficients : (n, channels) float32
-        In the order of the slots.
-    axes : int
-    """
+    """A lattice whose control points are in the slots of a minimal perfect hash; all others are 0."""
 
     level: int
-    index: perfect_hash.PerfectHash
-    coefficients: SingleArray
+    index: perfect_hash.PerfectHash     # of positions in the flattened box of `dense.shape(level, axes)`
+    coefficients: SingleArray           # (n, channels), in the order of the slots
     axes: int = 3
 
     def __len__(self) -> int:
@@ -88,13 +78,8 @@ def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, Floa
 
 
 def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLattice:
-    """Keep the control points of largest magnitude over all channels, of those that directions can reach.
-
-    Parameters
-    ----------
-    control_points : dense.shape(level, axes) + (channels,) float64
-    count
-        Number to keep; fewer are kept if fewer are reachable and not 0.
+    """Keep the control points of largest magnitude over all channels, of those that directions can reach: of
+    dense.shape(level, axes) + (channels,), at most `count`, and fewer if fewer are reachable and not 0.
 
     Examples
     --------

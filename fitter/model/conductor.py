@@ -32,15 +32,6 @@ _LEAST = 1e-9                           # the least that is divided by
 class Conductor:
     """A metal of a finish.
 
-    Attributes
-    ----------
-    n, k : (bands,) float64
-        Refractive index and extinction coefficient.
-    weights : (3, bands) float64
-        Convert a reflectance spectrum of these bands to linear Rec.709.
-    alpha, across : float
-        Width of the lobe along the tangent and across it, as slopes.
-
     Examples
     --------
     At normal incidence, F is ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2).
@@ -50,11 +41,11 @@ class Conductor:
     [[0.5, 0.5, 0.5]]
     """
 
-    n: FloatArray
-    k: FloatArray
-    weights: FloatArray
-    alpha: float
-    across: float
+    n: FloatArray           # refractive index, (bands,),
+    k: FloatArray           # and extinction coefficient
+    weights: FloatArray     # (3, bands): convert a reflectance spectrum of these bands to linear Rec.709
+    alpha: float            # width of the lobe along the tangent, as a slope,
+    across: float           # and across it
 
     @property
     def isotropic(self) -> bool:

@@ -73,21 +73,9 @@ class SurfaceComponents(NamedTuple):
 class Microfacet:
     """A Lambertian and lobes.
 
-    Attributes
-    ----------
-    kd : (channels,) float64
-        Diffuse reflectance, 1/sr.
-    ks : (lobes, channels) float64
-        Scale of each lobe, 1/sr.
-    alpha, gamma, f0 : (lobes,) float64
-        Of each lobe: its width, as a slope; the exponent of its tail; the value of S where g is 0, relative to that
-        where it is 1.
-    kinds : tuple of str
-        Of each lobe, one of `KINDS`; by default all are "mirror".
-    across, turn : (lobes,) float64
-        Of an anisotropic lobe of microfacets: alpha is its width along the azimuth `turn`, radians, and `across` that
-        at a right angle to it. Of fibres `turn` is the azimuth, and `across` the slope at which they dip. The other
-        kinds have `across` equal to alpha, and a model without anisotropic lobes has none.
+    A model without anisotropic lobes has no `across` and `turn`. Of an anisotropic lobe of microfacets alpha is the
+    width along the azimuth `turn`, radians, and `across` that at a right angle to it; of fibres `turn` is the azimuth,
+    and `across` the slope at which they dip. The other kinds have `across` equal to alpha.
 
     Examples
     --------
@@ -99,14 +87,14 @@ class Microfacet:
     (True, True)
     """
 
-    kd: FloatArray
-    ks: FloatArray
-    alpha: FloatArray
-    gamma: FloatArray
-    f0: FloatArray
-    kinds: tuple[Kind, ...] = ()
-    across: FloatArray = field(default_factory=lambda: np.zeros(0))
-    turn: FloatArray = field(default_factory=lambda: np.zeros(0))
+    kd: FloatArray                  # diffuse reflectance, (channels,), 1/sr
+    ks: FloatArray                  # scale of each lobe, (lobes, channels), 1/sr
+    alpha: FloatArray               # its width, (lobes,), as a slope,
+    gamma: FloatArray               # the exponent of its tail,
+    f0: FloatArray                  # and the value of S where g is 0, relative to that where it is 1
+    kinds: tuple[Kind, ...] = ()    # by default all are "mirror"
+    across: FloatArray = field(default_factory=lambda: np.zeros(0))  # (lobes,), or none
+    turn: FloatArray = field(default_factory=lambda: np.zeros(0))  # likewise
 
     def __post_init__(self) -> None:
         if not self.kinds:
