@@ -46,20 +46,14 @@ MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,0
 
 
 def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = None) -> str:
-    """OSL source that evaluates and renders `fit`.
+    """OSL source that evaluates and renders a fit of one channel or three.
+
+    The template is the shader to complete, `osl/measured_brdf.osl` by default. Its `#include "baked_constants.h"` and,
+    inside the shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
+    The mixture is that of the fit for Cycles, if the caller has it already.
 
     Raises ValueError if the fit has another number of channels, is too large for the OSL compiler, or holds a number
     that is not finite in single precision.
-
-    Parameters
-    ----------
-    fit
-        With one channel, or three.
-    template
-        The shader to complete, `osl/measured_brdf.osl` by default. Its `#include "baked_constants.h"` and, inside the
-        shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
-    mixture
-        That of the fit for Cycles, if the caller has it already.
     """
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")

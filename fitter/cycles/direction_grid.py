@@ -19,22 +19,12 @@ _GRAZING_LIMIT = np.radians(86)  # mirror direction about which the rings lie
 
 
 class IncidentDirections(NamedTuple):
-    """Points of the grid, rings first.
+    """Points of the grid, rings first."""
 
-    Attributes
-    ----------
-    theta, phi : (n,)
-        Radians; theta is at most pi / 2.
-    unit : (n, 3)
-        The same as unit vectors. Below the horizon they are put onto it.
-    solid_angle : (n,)
-        Of each point, on both sides of the plane of incidence together; 0 below the horizon.
-    """
-
-    theta: NDArray[np.float64]
-    phi: NDArray[np.float64]
-    unit: NDArray[np.float64]
-    solid_angle: NDArray[np.float64]
+    theta: NDArray[np.float64]          # (n,), radians, at most pi / 2
+    phi: NDArray[np.float64]            # (n,), radians
+    unit: NDArray[np.float64]           # (n, 3): the same as unit vectors; below the horizon they are put onto it
+    solid_angle: NDArray[np.float64]    # (n,): on both sides of the plane of incidence together; 0 below the horizon
 
 
 def outgoing_angles(between: int = 0) -> NDArray[np.float64]:

@@ -23,17 +23,8 @@ _HALF_RINGS, _HALF_SECTORS = 32, 24  # points
 
 
 def grid(wo: NDArray[np.float64], stretch: float) -> IncidentDirections:
-    """The incident directions at which a fit is evaluated, in the principal axes.
-
-    Parameters
-    ----------
-    wo : (views, 3)
-        Viewing directions of one polar angle.
-    stretch
-        s.
-
-    The arrays have an axis of outgoing directions in front.
-    """
+    """The incident directions at which a fit is evaluated, in the principal axes, for viewing directions of one polar
+    angle, (views, 3), and a stretch s. The arrays have an axis of viewing directions in front."""
     farthest = _largest_half_angle(float(wo[0, 2]), stretch)
     points, turns = _HALF_RINGS, _HALF_SECTORS
     edges = farthest * (np.arange(points + 1) / points) ** 2

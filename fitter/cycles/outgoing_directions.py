@@ -26,30 +26,16 @@ _DARK_VALUE = 1e-12
 class OutgoingDirections:
     """What is seen from polar angles of the viewer, each with azimuths: one of an isotropic fit.
 
-    Attributes
-    ----------
-    theta : (views,)
-        Radians.
-    phases : (azimuths, 1 or 2)
-        By what colours of a lobe are multiplied: 1, or the squared cosine and sine of the azimuth from the first
-        principal axis.
-    pairs : Pairs
-        Arrays (views, azimuths, ...), in the frame where an isotropic fit is seen from azimuth 0 or, for an
-        anisotropic one, in the principal axes. Like all arrays of directions, in single precision.
-    solid_angle : (views, azimuths, n)
-        Of each incident direction; 0 below the horizon.
-    target : (views, channels, azimuths, n)
-        f cos theta_i.
-    importance : (views, channels, azimuths, n)
-        By what errors are multiplied, as they are seen: more where little is reflected, and in a dark channel.
+    An isotropic fit is seen from azimuth 0; directions of an anisotropic one are in the principal axes. All arrays of
+    directions are in single precision.
     """
 
-    theta: FloatArray
-    azimuthal_basis: FloatArray
-    pairs: Pairs
-    solid_angle: RealArray
-    target: RealArray
-    importance: RealArray
+    theta: FloatArray               # (views,), radians
+    azimuthal_basis: FloatArray     # (azimuths, 1 or 2): colours of a lobe times 1, or cos^2 and sin^2 of the azimuth
+    pairs: Pairs                    # arrays (views, azimuths, ...)
+    solid_angle: RealArray          # of each incident direction, (views, azimuths, n); 0 below the horizon
+    target: RealArray               # f cos theta_i, (views, channels, azimuths, n)
+    importance: RealArray  # by what errors are multiplied, as they are seen: more in dark directions and channels
 
     @cached_property
     def albedo(self) -> FloatArray:
@@ -103,14 +89,8 @@ class OutgoingDirections:
 def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
     """The outgoing directions of a fit, and its values there; only its `evaluate` is used.
 
-    Parameters
-    ----------
-    turn
-        The azimuth of the first principal axis, radians; None for an isotropic fit.
-    stretch
-        Of `half_vector_grid`.
-
-    One direction lies between any two that nodes tabulate: every other one is tabulated.
+    `turn` is the azimuth of the first principal axis, radians, None for an isotropic fit; the stretch is that of
+    `half_vector_grid`. One direction lies between any two that nodes tabulate: every other one is tabulated.
     """
     if turn is None:
         theta = direction_grid.outgoing_angles(between=1)

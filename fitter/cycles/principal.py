@@ -17,18 +17,10 @@ _STRETCHES = (1.0, 1.6)         # its bounds: more makes cells beside streaks, a
 
 
 class Principal(NamedTuple):
-    """The axes of an anisotropic surface.
+    """The axes of an anisotropic surface."""
 
-    Attributes
-    ----------
-    turn : float
-        Azimuth of the first, radians: that along which highlights are longest.
-    stretch : float
-        By which slopes along it are divided, and across it multiplied, so that highlights become round.
-    """
-
-    turn: float
-    stretch: float
+    turn: float         # azimuth of the first, radians: that along which highlights are longest
+    stretch: float      # by which slopes along it are divided, and across it multiplied, to make highlights round
 
 
 def principal(fit: "Fit") -> Principal:

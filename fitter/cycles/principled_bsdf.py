@@ -69,19 +69,7 @@ class Angles(NamedTuple):
 
 @dataclass(frozen=True)
 class Principled:
-    """Inputs of a Principled BSDF.
-
-    Attributes
-    ----------
-    base_color : (3,) float64
-        Linear, in the colour space of what it was fitted to, as all colours here.
-    roughness, metallic : float
-    specular_level : float
-        0.5 for a reflectance of 4 % at normal incidence.
-    sheen_tint : (3,) float64
-        Scaled by the weight, which is 1, or 0 without sheen: exporters to glTF write the tint alone.
-    sheen_roughness : float
-    coat_weight, coat_roughness : float
+    """Inputs of a Principled BSDF; colours are linear, in the colour space of what it was fitted to.
 
     Examples
     --------
@@ -95,7 +83,8 @@ class Principled:
     base_color: FloatArray
     roughness: float
     metallic: float
-    specular_level: float
+    specular_level: float       # 0.5 for a reflectance of 4 % at normal incidence
+    # times the weight, which is 1, or 0 without sheen
     sheen_tint: FloatArray = field(default_factory=lambda: np.zeros(3))
     sheen_roughness: float = 0.5
     coat_weight: float = 0.0

@@ -23,41 +23,21 @@ _EVEN_SHARE = 0.5               # share of the vertices that are spread evenly
 
 @dataclass(frozen=True, eq=False)
 class Lobe:
-    """A lobe as a mesh in the frame of the surface: x is the tangent, z the normal.
+    """A lobe as a mesh in the frame of the surface: x is the tangent, z the normal."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) float64
-        Directions times radii. The first is that of the normal; the last row of them is on the horizon.
-    normals : (n, 3) float64
-        Of the mesh, outward, of length 1.
-    faces : (m, 3) int32
-        Triangles, counter-clockwise from outside.
-    values : (n, channels) float64
-        1/sr.
-    directions : (n, 3) float64
-        Unit vectors.
-    """
-
-    vertices: FloatArray
-    normals: FloatArray
-    faces: IntArray
-    values: FloatArray
-    directions: FloatArray
+    vertices: FloatArray        # (n, 3): directions times radii, first that of the normal, the last row on the horizon
+    normals: FloatArray         # (n, 3): of the mesh, outward, of length 1
+    faces: IntArray             # (m, 3): triangles, counter-clockwise from outside
+    values: FloatArray          # (n, channels), 1/sr
+    directions: FloatArray      # (n, 3): unit vectors
 
 
 def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: int = 64, columns: int = 128,
                  radius: Radius = "cube root") -> Lobe:
-    """The lobe for one direction of incidence.
+    """The lobe for one direction of incidence, radians.
 
-    Parameters
-    ----------
-    theta_i, phi_i : float
-        Radians.
-    rows, columns : int
-        Of the vertices; there are ``1 + rows * columns``. Columns are a multiple of 4.
-    radius : {"cube root", "linear"}
-        What a vertex's distance from the origin is of its value: the mean of the channels, not below 0.
+    It has ``1 + rows * columns`` vertices; columns are a multiple of 4. The radius says what a vertex's distance from
+    the origin is of its value: the mean of the channels, not below 0.
 
     Examples
     --------
@@ -83,20 +63,8 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
 
 
 def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """The values in the plane of incidence.
-
-    Parameters
-    ----------
-    theta_i, phi_i : float
-        Radians.
-
-    Returns
-    -------
-    theta_o : (k,) float64
-        From -pi/2, grazing on the light's side, to pi/2, radians. The mirror direction is among them.
-    values : (k, channels) float64
-        1/sr.
-    """
+    """The values in the plane of incidence: outgoing angles from -pi/2, grazing on the light's side, to pi/2, radians,
+    (k,), the mirror direction among them; and (k, channels), 1/sr."""
     side = _positions_denser_near(theta_i, np.pi / 2, _ON_ONE_SIDE)
     theta = np.concatenate([-side[:0:-1], side])
     return theta, evaluate_in_plane(model, theta_i, phi_i, theta)

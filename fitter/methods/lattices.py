@@ -54,17 +54,8 @@ _PRECISE = 0.02             # deviation of a sample, relative to it, up to which
 
 def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
                  highlight: HighlightColour | None = None) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit the lattices to a field.
-
-    Parameters
-    ----------
-    samples
-        Those that the field was fitted to; isotropic.
-    field
-        Over 2 x - 1 of the coordinates x.
-    highlight
-        What becomes of the field in a highlight.
-    """
+    """Fit the lattices to a field over 2 x - 1 of the coordinates x, given the isotropic samples that it was fitted to,
+    and what becomes of it in a highlight."""
     progress.report(0.0, "Fitting the dense lattice")
     # interpolate the field at the nodes
     nodes = dense.nodes(levels.diffuse)
@@ -148,15 +139,8 @@ def _random_directions(samples: Samples) -> Directions:
 
 def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
                    ) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit the lattices to many samples.
-
-    Parameters
-    ----------
-    samples
-        Isotropic, or not if the coordinates have four axes.
-    levels
-        At most `_TOGETHER` control points of each batch are kept, whatever the compression.
-    """
+    """Fit the lattices to many samples, which are isotropic unless the coordinates have four axes. At most `_TOGETHER`
+    control points of each batch are kept, whatever the compression."""
     # a stratified sample
     used = subsample(samples, _LOOKED_AT)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)

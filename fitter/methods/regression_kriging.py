@@ -67,26 +67,16 @@ _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vect
 class Estimate:
     """What is known of samples before lattices are fitted: most of the work, which fits of several levels share.
 
-    Attributes
-    ----------
-    coordinates : Coordinates
-    transform : LogRelative
-    kernel : Kernel
-    field : Field, or None
-        Over 2 x - 1 of the coordinates x; None of more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of
-        anisotropic ones.
-    highlight : HighlightColour, or None
-        Whose colours the field has in a highlight; None where it keeps its own.
-    left_out : (n, channels) float64, or None
-        Each sample as the others predict it, 1/sr; the prior was fitted to all of them.
+    Of more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of anisotropic ones there is no field. A highlight has the
+    colours that the field has there; it is None where the field keeps its own.
     """
 
     coordinates: Coordinates
     transform: LogRelative
     kernel: Kernel
-    field: Field | None
+    field: Field | None             # over 2 x - 1 of the coordinates x
     highlight: HighlightColour | None
-    left_out: FloatArray | None
+    left_out: FloatArray | None     # each sample as the others predict it, (n, channels), 1/sr; the prior knows all
 
 
 def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
@@ -216,16 +206,10 @@ def _sixth_smallest(numbers: FloatArray) -> float:
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
-    """Fit samples by regression kriging.
+    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them.
 
-    Parameters
-    ----------
-    levels
-        For anisotropic samples, `Levels.four_axis_levels` of them.
-    plausible
-        Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
-    estimated
-        What `estimate` returned for these samples.
+    A plausible fit is nowhere negative, and has a directional albedo of at most 1: `Fit.changes` says what that
+    changed. Anisotropic samples are fitted with `Levels.four_axis_levels`.
 
     Examples
     --------

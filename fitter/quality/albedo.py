@@ -40,22 +40,12 @@ _WEIGHTS = np.array([2.0, 2.0, 1.0, 0.3, 0.3])
 
 @dataclass(frozen=True)
 class Albedo:
-    """What measurements reflect, and why it may be too much.
+    """What measurements reflect, and why it may be too much."""
 
-    Attributes
-    ----------
-    share : float
-        Of the channel and the angle with the largest, without the brightest directions.
-    reasons : tuple of str
-        What would explain a share above `PLAUSIBLE`, or one of next to nothing, as questions; and angles that are all
-        at the normal.
-    is_dark : bool
-        Whether the share is below `DARKEST_SURFACE` with the brightest directions, too.
-    """
-
-    share: float
+    share: float                # of the channel and the angle with the largest, without the brightest directions
+    # questions that would explain a share above `PLAUSIBLE`, or of next to nothing, or angles all at the normal
     reasons: tuple[str, ...] = ()
-    is_dark: bool = False
+    is_dark: bool = False       # whether the share is below `DARKEST_SURFACE` with the brightest directions, too
 
     @property
     def is_doubtful(self) -> bool:

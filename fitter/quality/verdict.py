@@ -42,25 +42,14 @@ _UNTESTED = "Not tested between measured angles (Error at Unseen Angles does tha
 
 
 class Verdict(NamedTuple):
-    """What is known of a fit's worth.
+    """What is known of a fit's worth; errors in steps of lightness, `UNKNOWN` where nothing tells them, angles in
+    degrees."""
 
-    Attributes
-    ----------
-    match, between : float
-        The error at the samples, and at samples that the fit had not seen, steps of lightness; `UNKNOWN` where nothing
-        tells it.
-    farthest : float
-        The largest measured polar angle, degrees.
-    hole : float
-        The widest hole between samples, degrees (see `coverage`).
-    least : float
-        The largest measured polar angle of the other direction, degrees, light or viewer; 0 where it is not known.
-    """
-
-    match: float
-    between: float
-    farthest: float
-    hole: float
+    match: float        # the error at the samples,
+    between: float      # and at samples that the fit had not seen
+    farthest: float     # the largest measured polar angle
+    hole: float         # the widest hole between samples (see `coverage`)
+    # the largest measured polar angle of the other direction, light or viewer; 0 where it is not known
     least: float = 0.0
 
 

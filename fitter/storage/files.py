@@ -90,17 +90,13 @@ def strip_folders(source: str) -> str:
 
 @contextmanager
 def replace_file(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
-    """Write a new file and put it in the place of `path` once it is complete; on an error `path` stays as it was.
+    """Write a new file, of bytes or of text in UTF-8, and put it in the place of `path` once it is complete; on an
+    error `path` stays as it was.
 
     A link is followed: the file that it names is replaced. What a process has left that was killed while it wrote the
     same file is removed.
 
     Raises OSError if the file cannot be written, or `path` is something else than a file; `filename` is the path.
-
-    Parameters
-    ----------
-    mode : {"wb", "w"}
-        Bytes, or text in UTF-8.
 
     Examples
     --------
@@ -215,20 +211,14 @@ def _read_record(path: Path) -> dict[str, str]:
 
 @contextmanager
 def hold_lock(path: str | Path, wait: bool = False) -> Iterator[None]:
-    """Hold the lock of a file: of all processes that ask for it, one at a time has it.
+    """Hold the lock of a file, which need not exist: of all processes that ask for it, one at a time has it, and others
+    wait or raise.
 
     The operating system locks a file beside it, `path` with ".lock", and unlocks it when the process ends, even if it
     crashes.
 
     Raises BlockingIOError if another process has the lock; the message names that process; and FileExistsError if
     something else has the name of the lock file.
-
-    Parameters
-    ----------
-    path
-        The file need not exist; its folder must.
-    wait
-        Wait for the lock, instead of raising an error.
 
     Examples
     --------
