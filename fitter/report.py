@@ -29,8 +29,8 @@ Row = dict[str, Any]
 
 def ways(levels: Sequence[int] = ()) -> dict[str, Callable[[Samples], Fit]]:
     """The presets, and plain MBA of some levels: functions that fit samples, by name."""
-    found: dict[str, Callable[[Samples], Fit]] = {name: partial(_preset, name) for name in PRESETS}
-    return found | {notation(level): partial(_plain, level) for level in levels}
+    found: dict[str, Callable[[Samples], Fit]] = {name: partial(fit, **preset) for name, preset in PRESETS.items()}
+    return found | {notation(level): partial(fit, diffuse_level=level, specular_level=None) for level in levels}
 
 
 def rows(samples: Samples, fits: Mapping[str, Callable[[Samples], Fit]]) -> list[Row]:
@@ -96,14 +96,6 @@ def write(found: Sequence[Row], out: str | Path) -> None:
         json.dump(list(found), stream, indent=1)
     with replace_file(folder / "results.md", "w") as stream:
         stream.write(markdown(found))
-
-
-def _preset(name: str, samples: Samples) -> Fit:
-    return fit(samples, **PRESETS[name])
-
-
-def _plain(level: int, samples: Samples) -> Fit:
-    return fit(samples, level, None)
 
 
 def _cube_root_rmse(samples: Samples, values: np.ndarray, here: np.ndarray) -> float:

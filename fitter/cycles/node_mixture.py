@@ -15,13 +15,14 @@ penalised.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray, RealArray
 from ..least_squares import nonnegative_least_squares
+from ..model import Reflectance, is_isotropic
 from ..optics.subsurface import Walk
 from ..shader_constants import LEAST_FOLLOWED
 from . import node_lobes
@@ -29,9 +30,6 @@ from .node_lobes import FACETS, Kind, Pairs, Shape
 from .outgoing_directions import OutgoingDirections, tabulate_outgoing
 from .principal import principal
 from .selection import selection_probabilities
-
-if TYPE_CHECKING:
-    from ..model.fit import Fit
 
 _FACET_WIDTHS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.38, 0.47, 0.57, 0.68, 0.8, 0.95)   # candidates for microfacet lobes
 _TILTS = (-0.3, -0.12, 0.0, 0.15, 0.4, 1.0)
@@ -129,27 +127,27 @@ class Nodes(NamedTuple):
     walk: Walk | None = None
 
 
-def node_mixtures(fit: "Fit") -> Nodes:
-    """The closure nodes of a fit, of which only `evaluate` is used, whether it is isotropic, and what is below it."""
+def node_mixtures(fit: Reflectance) -> Nodes:
+    """The closure nodes of a fit for each renderer."""
     cycles, eevee = _mixtures(fit, CYCLES, EEVEE)
     return Nodes(cycles, eevee, subsurface_walk(fit))
 
 
-def subsurface_walk(fit: "Fit") -> Walk | None:
+def subsurface_walk(fit: Reflectance) -> Walk | None:
     """The random walk below a fit, None where no light enters it."""
     below = getattr(fit, "edited_subsurface", None)
     return None if below is None else below.walk
 
 
-def cycles_mixture(fit: "Fit") -> NodeMixture:
+def cycles_mixture(fit: Reflectance) -> NodeMixture:
     """That of Cycles alone, which the shader samples."""
     return _mixtures(fit, CYCLES)[0]
 
 
-def _mixtures(fit: "Fit", *engines: Engine) -> list[NodeMixture]:
+def _mixtures(fit: Reflectance, *engines: Engine) -> list[NodeMixture]:
     fit = getattr(fit, "surface", fit)
     turn, stretch = None, 1.0
-    if not getattr(fit, "isotropic", True):
+    if not is_isotropic(fit):
         axes = principal(fit)
         turn, stretch = axes.turn, axes.stretch
     views = tabulate_outgoing(fit, turn, stretch)

@@ -2,18 +2,14 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import FloatArray, RealArray, unit_vectors
-from ..shader_constants import GRAZING
+from ..model import Reflectance
 from . import direction_grid, half_vector_grid
-from .direction_grid import IncidentDirections
+from .direction_grid import OUTGOING_COUNT, IncidentDirections
 from .node_lobes import Pairs
-
-if TYPE_CHECKING:
-    from ..model.fit import Fit
 
 _VIEW_POLAR, _VIEW_AZIMUTHS = 13, 9  # tabulated viewing directions of an anisotropic fit, over a turn; an odd number of
                                 # azimuths differ where half a turn changes nothing, too
@@ -86,19 +82,19 @@ class OutgoingDirections:
         return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.brightness)
 
 
-def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
-    """The outgoing directions of a fit, and its values there; only its `evaluate` is used.
+def tabulate_outgoing(fit: Reflectance, turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
+    """The outgoing directions of a fit, and its values there.
 
     `turn` is the azimuth of the first principal axis, radians, None for an isotropic fit; the stretch is that of
     `half_vector_grid`. One direction lies between any two that nodes tabulate: every other one is tabulated.
     """
     if turn is None:
-        theta = direction_grid.outgoing_angles(between=1)
+        theta = direction_grid.outgoing_angles(OUTGOING_COUNT)
         grids = [direction_grid.grid(angle) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays)[:, None] for arrays in zip(*grids, strict=True)))
         phi_o, phases = np.zeros((1,)), np.ones((1, 1))
     else:
-        theta = GRAZING * (1 - np.linspace(1, 0, 2 * _VIEW_POLAR - 1) ** 1.5)
+        theta = direction_grid.outgoing_angles(_VIEW_POLAR)
         phi_o = np.arange(_VIEW_AZIMUTHS) * 2 * np.pi / _VIEW_AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
         grids = [half_vector_grid.grid(unit_vectors(angle, phi_o), stretch) for angle in theta]

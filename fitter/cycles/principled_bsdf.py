@@ -19,6 +19,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
 from ..model import microfacet
+from ..optics.fresnel import fresnel, reflectance_to_index
 
 DIELECTRIC = 0.04           # reflectance at normal incidence of the index of refraction 1.5: a specular level of 0.5
 _COAT_IOR = 1.5
@@ -84,7 +85,7 @@ class Principled:
     roughness: float
     metallic: float
     specular_level: float       # 0.5 for a reflectance of 4 % at normal incidence
-    # times the weight, which is 1, or 0 without sheen
+    # times the weight, which is 1, or 0 without sheen: exporters to glTF write the tint alone
     sheen_tint: FloatArray = field(default_factory=lambda: np.zeros(3))
     sheen_roughness: float = 0.5
     coat_weight: float = 0.0
@@ -157,10 +158,7 @@ def _fresnel(cosine: FloatArray, f0: float) -> FloatArray:
     """Fresnel's reflectance of a dielectric that has f0 at normal incidence."""
     if f0 <= 0:
         return np.zeros_like(cosine)
-    ior = (1 + np.sqrt(f0)) / (1 - np.sqrt(f0))
-    g = np.sqrt(ior ** 2 - 1 + cosine ** 2)
-    return np.asarray(0.5 * ((g - cosine) / (g + cosine)) ** 2
-                      * (1 + ((cosine * (g + cosine) - 1) / (cosine * (g - cosine) + 1)) ** 2))
+    return fresnel(float(reflectance_to_index(np.array(f0))), cosine)
 
 
 def _multiple_scattering_gain(roughness: float, cos_o: FloatArray, fresnel: FloatArray) -> FloatArray:

@@ -4,15 +4,14 @@ All arrays may have more axes in front, of views that are solved at once.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import RealArray
+from ..arrays import FloatArray, RealArray
 
 _SELECTION_ITERATIONS = 30      # of the shares, which then change by less than a percent
 _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
-def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> NDArray[np.float64]:
+def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> FloatArray:
     """Selection probabilities of densities, (..., densities), of the least second moment, by fixed-point iteration.
 
     It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, and keeps

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, unit_vectors
 from ..model import Reflectance
 
 Radius = Literal["cube root", "linear"]
@@ -57,7 +57,7 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
     rest_theta, rest_phi = (axis.ravel() for axis in np.meshgrid(theta[1:], phi, indexing="ij"))
     theta_o, phi_o = np.append(0.0, rest_theta), np.append(phi_i, rest_phi)
     values = model.evaluate(np.full(len(theta_o), theta_i), np.full(len(theta_o), phi_i), theta_o, phi_o)
-    directions = np.stack([np.sin(theta_o) * np.cos(phi_o), np.sin(theta_o) * np.sin(phi_o), np.cos(theta_o)], axis=-1)
+    directions = unit_vectors(theta_o, phi_o)
     vertices = RADII[radius](np.maximum(values.mean(axis=1), 0))[:, None] * directions
     return Lobe(vertices, _normals(vertices, directions, rows, columns), _faces(rows, columns), values, directions)
 

@@ -22,9 +22,6 @@ class SparseLattice:
     coefficients: SingleArray           # (n, channels), in the order of the slots
     axes: int = 3
 
-    def __len__(self) -> int:
-        return len(self.coefficients)
-
     @property
     def nbytes(self) -> int:
         """Bytes of coefficients, keys and hash table."""
@@ -33,7 +30,7 @@ class SparseLattice:
     @property
     def count(self) -> int:
         """Control points stored, counted once whatever the number of channels."""
-        return len(self)
+        return len(self.coefficients)
 
     def evaluate(self, x: FloatArray) -> FloatArray:
         """The spline at coordinates (n, axes): (n, channels)."""

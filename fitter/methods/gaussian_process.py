@@ -45,20 +45,17 @@ class Kernel:
     # the correlation between a pair of directions and its reciprocal, of three axes
     reciprocity: float = RECIPROCITIES[0]
 
-    def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
-        """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
-        return _apply_to_rows(lambda rows: self._covariance(rows, other), mu, len(other))
-
     def gram(self, mu: FloatArray) -> FloatArray:
         """Covariance of the field between points, half of which is computed: (n, axes) to (n, n)."""
         total = np.empty((len(mu), len(mu)))
         for start in range(0, len(mu), _KERNEL_ROWS):
             rows = slice(start, start + _KERNEL_ROWS)
-            total[rows, :rows.stop] = self._covariance(mu[rows], mu[:rows.stop])
+            total[rows, :rows.stop] = self.covariance(mu[rows], mu[:rows.stop])
             total[:rows.stop, rows] = total[rows, :rows.stop].T
         return total
 
-    def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
+    def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
+        """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
         total = TREND * (1 + (mu * self._slopes(mu.shape[1])) @ other.T)
         scaled = math.sqrt(5) / self.length
         apart = [{sign: np.subtract.outer(scaled * a, sign * scaled * b) ** 2 for sign in (1, -1)}
@@ -70,16 +67,9 @@ class Kernel:
             total += kernel
         return total
 
-
     def _slopes(self, axes: int) -> FloatArray:
         """The variance of the trend's slope along each axis, over `TREND`."""
         return np.array((1.0, 1 - self.reciprocity, 1.0) if axes == ISOTROPIC_AXES else (1.0, 1.0, 0.0, 0.0))
-
-
-def _apply_to_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
-    """A function of points, (k, axes) to (k, columns), of few at a time: (n, axes) to (n, columns)."""
-    return np.concatenate([np.zeros((0, columns)), *(function(mu[start:start + _KERNEL_ROWS])
-                                                     for start in range(0, len(mu), _KERNEL_ROWS))])
 
 
 def _images(axes: int, reciprocity: float) -> Iterator[tuple[float, tuple[int, ...]]]:
@@ -104,8 +94,9 @@ class Field:
 
     def predict(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, axes) to (m, channels)."""
-        channels = self.weights.shape[1]
-        return _apply_to_rows(lambda rows: self.kernel.covariance(rows, self.mu) @ self.weights, mu, channels)
+        return np.concatenate([self.weights[:0], *(
+            self.kernel.covariance(mu[start:start + _KERNEL_ROWS], self.mu) @ self.weights
+            for start in range(0, len(mu), _KERNEL_ROWS))])
 
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> tuple[Field, FloatArray]:

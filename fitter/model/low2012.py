@@ -41,16 +41,6 @@ class Low2012:
     eta: float          # index of refraction
 
     @property
-    def coefficient_count(self) -> int:
-        """Parameters of a channel, the shared ones included."""
-        return 5
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the parameters of all channels in single precision."""
-        return 4 * (2 * len(self.kd) + 3)
-
-    @property
     def brightness(self) -> float:
         """The largest component of the Lambertian's albedo."""
         return float(self.kd.max())

@@ -41,7 +41,8 @@ def read_bytes(path: str | Path, largest: int) -> bytes:
     try:
         if path.is_dir():
             raise DatasetError("a folder, not a file", path)
-        with open(path, "rb", opener=_open_without_waiting) as stream:
+        # a pipe, too, without waiting for its writer
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as stream:
             before = os.fstat(stream.fileno())
             if not stat.S_ISREG(before.st_mode):
                 raise DatasetError("not a file", path)
@@ -65,11 +66,6 @@ def time_and_size(path: str | Path) -> tuple[int, int] | None:
     except (OSError, ValueError):
         return None
     return status.st_mtime_ns, status.st_size
-
-
-def _open_without_waiting(path: str, flags: int) -> int:
-    """Open a file; a pipe too, without waiting for its writer. An `opener` for `open`."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def real_path(path: str | Path) -> Path:
