@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, FloatArray, broadcast_directions
 from ..model import microfacet
 from ..optics.fresnel import fresnel, reflectance_to_index
 
@@ -101,10 +101,8 @@ class Principled:
 
         Like Cycles' it is not reciprocal: layers are weighted by what they reflect to the viewer, direction o.
         """
-        shape = np.broadcast_shapes(*(np.shape(angle) for angle in (theta_i, phi_i, theta_o, phi_o)))
-        flat = (np.broadcast_to(np.asarray(angle, dtype=float), shape).ravel()
-                for angle in (theta_i, phi_i, theta_o, phi_o))
-        return self.evaluate_angles(angles(*flat)).reshape(*shape, 3)
+        directions = broadcast_directions(theta_i, phi_i, theta_o, phi_o)
+        return self.evaluate_angles(angles(*(each.ravel() for each in directions))).reshape(*directions[0].shape, 3)
 
     def evaluate_angles(self, at: Angles) -> FloatArray:
         """The BRDF, 1/sr: (n, 3) float64."""

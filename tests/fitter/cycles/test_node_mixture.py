@@ -189,7 +189,7 @@ def test_what_is_above_the_fit_is_given_back_by_what_is_left(curet, cornell, mat
     """In the mean over a sphere under even light the mixture and what is carried beside it are its albedo."""
     fit = standard(material, curet, cornell)
     mixture = node_mixture.cycles_mixture(fit)
-    angles, made, wanted = direction_grid.outgoing_angles(between=1), [], []
+    angles, made, wanted = direction_grid.outgoing_angles(direction_grid.OUTGOING_COUNT), [], []
     for theta_o in angles:
         to = direction_grid.grid(theta_o)
         truth, found = seen_from(fit, below(mixture), theta_o, 0.0, to.unit)
