@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.coordinates.nusselt import Nusselt
 
 
@@ -18,11 +19,7 @@ def test_grazing_in_the_plane_of_incidence_is_on_the_rim(delta_phi, kappa_o):
 def test_coordinates_are_those_of_the_projected_vectors(random):
     theta_i, theta_o = random.random((2, 500)) * np.pi / 2
     phi_i, phi_o = random.random((2, 500)) * 20 - 10
-
-    def vector(theta, phi):
-        return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-
-    incident, outgoing = vector(theta_i, phi_i), vector(theta_o, phi_o)
+    incident, outgoing = unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
     along = incident[:, :2] / np.linalg.norm(incident[:, :2], axis=1, keepdims=True)
     mu_x = (outgoing[:, :2] * along).sum(axis=1)
     mu_y = np.abs(outgoing[:, 0] * along[:, 1] - outgoing[:, 1] * along[:, 0])

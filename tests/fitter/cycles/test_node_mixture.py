@@ -26,8 +26,7 @@ class Lobes:
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
         theta_i, phi, theta_o = (each.ravel() for each in np.broadcast_arrays(theta_i, phi_i - phi_o, theta_o))
         shape = np.broadcast_shapes(theta_i.shape)
-        wi = np.stack([np.sin(theta_i) * np.cos(phi), np.sin(theta_i) * np.sin(phi), np.cos(theta_i)], axis=-1)
-        wo = np.stack([np.sin(theta_o), 0 * theta_o, np.cos(theta_o)], axis=-1)
+        wi, wo = unit_vectors(theta_i, phi), unit_vectors(theta_o, 0.0)
         pairs = Pairs.make(wo, wi[:, None], np.broadcast_to([1.0, 0, 0], wo.shape))
         total = np.zeros((*shape, 3))
         for (kind, *form), colour in zip(CONSTANT, self.colours, strict=False):
@@ -67,9 +66,8 @@ def sampled(random, count):
 
 def seen_from(fit, mixture, theta_o, phi_o, wi):
     """Reflected radiance of a fit and of a mixture: (n, channels) each."""
-    wo = np.array([np.sin(theta_o) * np.cos(phi_o), np.sin(theta_o) * np.sin(phi_o), np.cos(theta_o)])
     truth = fit.evaluate(np.arccos(wi[:, 2]), np.arctan2(wi[:, 1], wi[:, 0]), theta_o, phi_o)
-    return np.maximum(truth, 0) * wi[:, 2:], node_mixture.evaluate(mixture, wo, wi)
+    return np.maximum(truth, 0) * wi[:, 2:], node_mixture.evaluate(mixture, unit_vectors(theta_o, phi_o), wi)
 
 
 @pytest.mark.parametrize(("count", "within"), [(1, 0.01), (2, 0.02), (4, 0.13)])

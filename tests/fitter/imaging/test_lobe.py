@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.imaging import lobe
 from fitter.methods import prior
 from fitter.model.microfacet import Microfacet
@@ -110,8 +111,7 @@ def albedo_by_half_vectors(model, alpha, theta_i):
     theta_h = (edges[1:] + edges[:-1]) / 2
     phi_h = (np.arange(720) + 0.5) * np.pi / 360
     theta, phi = np.meshgrid(theta_h, phi_h, indexing="ij")
-    h = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-    wi = np.array([np.sin(theta_i), 0, np.cos(theta_i)])
+    h, wi = unit_vectors(theta, phi), unit_vectors(theta_i, 0.0)
     cosine = h @ wi
     wo = 2 * cosine[..., None] * h - wi
     up = (wo[..., 2] > 0) & (cosine > 0)

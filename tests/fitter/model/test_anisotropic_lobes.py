@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fitter.model.fit import Fit
 from fitter.model.microfacet import KINDS, geometry, lobe, lobe_with_slopes, surface_components
 from fitter.quality.physics import direction_pairs
 from support.anisotropic import brushed_fit, ggx, turned, vectors
@@ -41,14 +40,6 @@ def test_a_quarter_turn_exchanges_the_widths():
     quarter = np.pi / 2
     np.testing.assert_allclose(brushed_fit(0.1, 0.4, 0.3).evaluate(theta_i, phi_i, theta_o, phi_o),
                                brushed_fit(0.4, 0.1, 0.3).evaluate(theta_i, phi_i + quarter, theta_o, phi_o + quarter))
-
-
-def test_a_saved_fit_is_the_same(tmp_path):
-    fit = brushed_fit()
-    fit.save(tmp_path / "brushed.npz")
-    again = Fit.load(tmp_path / "brushed.npz")
-    assert not again.isotropic
-    np.testing.assert_array_equal(again.evaluate(*pairs()), fit.evaluate(*pairs()))
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -2,11 +2,14 @@ import json
 import math
 import re
 import tracemalloc
+import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import fitter
+from fitter.cycles.bake import bake
 from fitter.model import fit_file
 from fitter.model.transform import LogRelative
 from fitter.samples import subset
@@ -95,12 +98,6 @@ def test_damage_anywhere_in_the_file_is_refused_or_harmless(glossy, tmp_path, ra
     assert refused > 300
 
 
-def test_a_single_array_is_not_a_fit(tmp_path):
-    np.save(tmp_path / "x.npy", np.zeros(3))
-    with pytest.raises(fitter.DatasetError, match="not a fit"):
-        fitter.Fit.load(tmp_path / "x.npy")
-
-
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
     with pytest.raises(fitter.DatasetError, match="No such file"):
         fitter.Fit.load(tmp_path / "none.npz")
@@ -138,8 +135,6 @@ def npy(dtype, shape, data=b""):
     (b"\x93NUMPY\x03\x00" + bytes(99), "expected a short header of version 1.0"),
     (b"\x93NUMPY\x01\x00\xff\xff{'descr': __import__('os').system('true')}", "")])
 def test_a_hostile_array_is_refused_before_it_is_read(glossy, tmp_path, member, expected):
-    import zipfile
-
     path = tmp_path / "hostile.npz"
     fitter.fit(glossy, 1, None).save(path)
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
@@ -185,10 +180,6 @@ def with_lobes():
     ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("damping", "DAMPING"),
     ("stretch", "STRETCH"), ("colour", "MIXTURE"), ("turn", "PRINCIPAL_AZIMUTH")])
 def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes, field, constant, number):
-    from dataclasses import replace
-
-    from fitter.cycles.bake import bake
-
     fit, mixture = with_lobes
     if field == "diffuse":
         points = np.full_like(fit.diffuse.control_points, number, dtype=float)
@@ -208,10 +199,6 @@ def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes,
 
 
 def test_a_lobe_so_narrow_that_its_slope_overflows_is_not_baked(with_lobes):
-    from dataclasses import replace
-
-    from fitter.cycles.bake import bake
-
     fit, mixture = with_lobes
     prior = replace(fit.transform.prior, alpha=np.full(len(fit.transform.prior.alpha), 1e-20))
     with pytest.raises(ValueError, match="PRIOR_LOBES"):
@@ -255,8 +242,6 @@ def assert_same(back, fit):
 @pytest.mark.parametrize("plausible", [True, False])
 @pytest.mark.parametrize("name", MADE_FITS)
 def test_every_part_of_a_fit_comes_back(name, plausible, tmp_path):
-    from dataclasses import replace
-
     fit = MADE_FITS[name]
     fit = replace(fit, changes=("lowered",), transform=replace(fit.transform, floor=0.0 if plausible else -np.inf))
     fit.save(tmp_path / "fit.npz")
@@ -264,8 +249,6 @@ def test_every_part_of_a_fit_comes_back(name, plausible, tmp_path):
 
 
 def test_the_softening_of_a_fit_is_baked():
-    from fitter.cycles.bake import bake
-
     fit = MADE_FITS["half and difference, softened by 0.3, stretched by 12"]
     baked = float(re.search(r"#define SOFTENING_2 (\S+)", bake(fit, mixture=any_mixture(fit)))[1])
     assert baked == pytest.approx(0.3 ** 2, rel=1e-6)
@@ -349,10 +332,6 @@ HOSTILE = '"; */ } shader evil() { system("x"); } /* #include <x> \n#define SPAR
 
 def test_no_name_path_or_text_of_a_fit_becomes_code(glossy, tmp_path):
     """The baked source is the same to the letter, whatever the strings of the fit say."""
-    from dataclasses import replace
-
-    from fitter.cycles.bake import bake
-
     fit = fitter.fit(replace(glossy, name=HOSTILE, source=HOSTILE, channels=(HOSTILE, "#", "*/")), 1, 2)
     fit.save(tmp_path / "hostile.npz")
     loaded = fitter.Fit.load(tmp_path / "hostile.npz")
@@ -377,8 +356,6 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
                                   "half angle, stretched by 300, all lobes, damped"])
 def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, kind):
     """Each entry of a saved fit in turn holds text that would be code, a NaN, or another type."""
-    from fitter.cycles.bake import bake
-
     path = tmp_path / "fit.npz"
     fit = MADE_FITS[kind] if kind in MADE_FITS else fitter.fit(subset(glossy, slice(200)), 1, 3)
     fit.save(path)
