@@ -21,11 +21,6 @@ def nonnegative_least_squares(normal: FloatArray, right: FloatArray, positive: B
     of them alone (L. F. Portugal, J. J. Judice, L. N. Vicente: A Comparison of Block Pivoting and Interior-Point
     Algorithms for Linear Least Squares Problems with Nonnegative Variables, Mathematics of Computation 63, 1994). To
     know which are probably `positive`, (..., k), costs fewer rounds.
-
-    Examples
-    --------
-    >>> nonnegative_least_squares(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([1.0, -1.0]))
-    array([0.5, 0. ])
     """
     unknowns = right.shape[-1]
     scale = 1 / np.sqrt(np.einsum("...kk->...k", normal)).reshape(-1, unknowns)
@@ -64,16 +59,6 @@ def levenberg_marquardt(start: FloatArray, evaluate: Callable[[FloatArray], tupl
     damping to what is tried next, (n,): `damped_step`, perhaps within bounds. There are so many `steps`,
     linearisations, and `tries`, dampings, in each. The damping is multiplied by `grow` where a step is no better, and
     divided by `shrink` where it is; a step that makes the cost smaller by less than the share `enough` is the last.
-
-    Examples
-    --------
-    >>> def evaluate(x):
-    ...     return float(((x ** 2 - [4, 9]) ** 2).sum()), x ** 2 - [4, 9]
-    >>> def linearise(x, residual):
-    ...     return lambda damping: x + damped_step(np.diag(4 * x ** 2), -2 * x * residual, damping)
-    >>> how = {"steps": 20, "tries": 8, "grow": 4, "shrink": 4, "enough": 1e-9}
-    >>> levenberg_marquardt(np.ones(2), evaluate, linearise, **how)[0].round(6)
-    array([2., 3.])
     """
     x, (cost, state) = start, evaluate(start)
     for _ in range(steps):

@@ -46,14 +46,6 @@ class HalfDifference:
         """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1].
 
         The first and the third are at least 1/2.
-
-        Examples
-        --------
-        A mirror pair has H = 0, at any angle of incidence; here with hardly any softening:
-
-        >>> mu = 2 * HalfDifference(1e-3).encode([0.3, 1.2], 0, [0.3, 1.2], np.pi) - 1
-        >>> bool(np.allclose(mu[:, 0], project([0.3, 1.2]))), bool(np.allclose(mu[:, 1:], 0))
-        (True, True)
         """
         q_i, q_o = (project(theta) * np.exp(1j * np.asarray(phi, dtype=float))
                     for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))

@@ -75,12 +75,6 @@ def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
 
     1 / pi times the integral of f cos(theta_i) cos(theta_o) over both hemispheres, by the midpoint rule in sin^2 theta
     and azimuth; negative values count as 0. Linear, in the colour space of the fit.
-
-    Examples
-    --------
-    >>> from ..methods import prior
-    >>> albedo(prior.lambertian(np.array([[0.8 / np.pi]])), 4).round(9).tolist()
-    [0.8, 0.8, 0.8]
     """
     sin2 = (np.arange(steps) + 0.5) / steps
     theta, azimuth = np.arcsin(np.sqrt(sin2)), (np.arange(steps) + 0.5) / steps * np.pi

@@ -38,15 +38,6 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
 
     It has ``1 + rows * columns`` vertices; columns are a multiple of 4. The radius says what a vertex's distance from
     the origin is of its value: the mean of the channels, not below 0.
-
-    Examples
-    --------
-    That of a Lambertian is a hemisphere:
-
-    >>> from ..methods import prior
-    >>> lobe = lobe_surface(prior.lambertian(np.array([[0.3]])), 0.5, radius="linear")
-    >>> float(np.linalg.norm(lobe.vertices, axis=1).round(6).min()), lobe.normals[0].round(6).tolist()
-    (0.3, [0.0, 0.0, 1.0])
     """
     theta = _positions_denser_near(theta_i, np.pi / 2, rows)
     # a step in azimuth is short near the normal

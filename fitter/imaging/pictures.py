@@ -78,12 +78,6 @@ def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray
     between them: `at` is 0 at the left edge, 1 at the right one.
 
     Raises ValueError if the pictures have different shapes.
-
-    Examples
-    --------
-    >>> black, white = np.zeros((1, 8, 4), np.float32), np.ones((1, 8, 4), np.float32)
-    >>> split(black, white, 0.5)[0, :, 0].round(1).tolist()
-    [0.0, 0.0, 0.0, 0.0, 0.9, 1.0, 1.0, 1.0]
     """
     if left.shape != right.shape:
         raise ValueError(f"pictures of {left.shape} and {right.shape}, expected the same shape")

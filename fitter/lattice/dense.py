@@ -165,15 +165,7 @@ def tap_offsets(step: IntArray) -> IntArray:
 
 def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray) -> FloatArray:
     """The spline at points in the stored part of the cube (Kameya and Lewis 2002, equation 7): control points,
-    shape(level, axes) + (channels,), and coordinates, (n, axes), to (n, channels) float64.
-
-    Examples
-    --------
-    The basis sums to 1: equal control points make a constant.
-
-    >>> evaluate(np.full((*shape(2), 1), 0.3), 2, np.array([[0.5, 0.1, 0.9], [1, 1, 1]])).round(9).tolist()
-    [[0.3], [0.3]]
-    """
+    shape(level, axes) + (channels,), and coordinates, (n, axes), to (n, channels) float64."""
     flat = np.ascontiguousarray(control_points.reshape(-1, control_points.shape[-1]).T, dtype=np.float64)
     result = np.empty((len(flat), len(x)))
     for start in range(0, len(x), _DENSE_POINTS):

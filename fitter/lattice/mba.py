@@ -43,14 +43,6 @@ def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
 
     Each sample proposes a value for the 4^axes control points that it reads (equation 3); a control point takes the
     mean of its proposals with weights w^2 (equation 5), or 0 without any.
-
-    Examples
-    --------
-    A single sample is interpolated.
-
-    >>> x = np.array([[0.9, 0.3, 0.8]])
-    >>> dense.evaluate(basis_approximation(x, np.array([[0.3]]), 4), 4, x).round(9).tolist()
-    [[0.3]]
     """
     points, of = mirror_images(x, level)
     box = dense.shape(level, x.shape[1])

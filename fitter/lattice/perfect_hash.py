@@ -61,14 +61,7 @@ class PerfectHash:
 
 def build(keys: ArrayLike) -> PerfectHash:
     """Make a minimal perfect hash of keys, (n,) from 0 to `MAX_KEY` in any order. Raises ValueError if a key is out of
-    range.
-
-    Examples
-    --------
-    >>> found = build([300, 7, 42])
-    >>> sorted(found.slots([7, 42, 300]).tolist()), int(found.slots(8))
-    ([0, 1, 2], -1)
-    """
+    range."""
     keys = np.unique(np.asarray(keys, dtype=np.int64))
     n = len(keys)
     width = np.uint16 if n <= 1 << 16 else np.uint32

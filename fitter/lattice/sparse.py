@@ -76,16 +76,7 @@ def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, Floa
 
 def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLattice:
     """Keep the control points of largest magnitude over all channels, of those that directions can reach: of
-    dense.shape(level, axes) + (channels,), at most `count`, and fewer if fewer are reachable and not 0.
-
-    Examples
-    --------
-    >>> control_points = np.zeros((*dense.shape(2), 1))
-    >>> control_points[2, 3, 2], control_points[2, 4, 2] = -5, 1
-    >>> lattice = keep_largest(control_points, 2, 1)
-    >>> lattice.count, float(lattice.dense[2, 3, 2, 0]), float(lattice.dense[2, 4, 2, 0])
-    (1, -5.0, 0.0)
-    """
+    dense.shape(level, axes) + (channels,), at most `count`, and fewer if fewer are reachable and not 0."""
     flat, axes = control_points.reshape(-1, control_points.shape[-1]), control_points.ndim - 1
     magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level, axes).ravel()
     count = min(count, int(np.count_nonzero(magnitude)))

@@ -14,7 +14,7 @@ in each channel; it cancels in the regression.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -105,15 +105,6 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
 
     Samples have coordinates mu = 2 x - 1, (n, axes), values z, (n, channels), and a variance of noise beyond that of
     the kernel that is known, (n,), relative to that of the field.
-
-    Examples
-    --------
-    With little noise the field nearly interpolates, also at the samples' mirror images.
-
-    >>> mu = np.array([[0.2, 0.1, 0.3], [0.6, 0.0, 0.1]])
-    >>> field, _ = krige(mu, np.array([[1.0], [-2.0]]), Kernel(noise=0.0), np.zeros(2))
-    >>> field.predict(mu)[:, 0].round(4).tolist()
-    [1.0, -2.0]
     """
     noise = kernel.noise + _TINY + known
     covariance = kernel.gram(mu)
@@ -137,7 +128,7 @@ class MaximumLikelihood(NamedTuple):
 class Search:
     """A search for the coordinates, the kernel and the prior under which samples are likeliest."""
 
-    encoded: Sequence[Callable[[], FloatArray]]         # the samples' coordinates (n, axes), in [-1, 1], in each system
+    encoded: Sequence[FloatArray]                       # the samples' coordinates (n, axes), in [-1, 1], in each system
     candidates: Sequence[FloatArray]                    # the samples' values above each prior, (n, channels)
     penalties: Sequence[float]  # taken from the log-likelihood of each value: a prior was fitted to the same samples
     known: FloatArray                                   # variance of noise beyond that of the kernel, (n,)
@@ -204,7 +195,7 @@ class Search:
 
     def _covariance(self, system: int, kernel: Kernel) -> FloatArray:
         if (system, kernel) not in self._covariances:
-            mu = self.encoded[system]()
+            mu = self.encoded[system]
             covariance = kernel.gram(mu)
             covariance[np.diag_indices(len(mu))] += self.known
             self._covariances[system, kernel] = covariance

@@ -16,7 +16,6 @@ steps, each a module:
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import cast
 
 import numpy as np
@@ -100,7 +99,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     searched = subsample(samples, _SEARCHED)
     systems = [system for family in families for system in family]
     search = gaussian_process.Search(
-        [partial(_mu, system, searched) for system in systems],
+        [_mu(system, searched) for system in systems],
         [each.field(searched.values, *searched.directions) for each in transforms],
         [_information_criterion(each.prior, searched.values.size) for each in transforms],
         _known_noise(searched, transforms[-1]), _reciprocities(samples))

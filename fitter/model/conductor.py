@@ -30,16 +30,7 @@ _LEAST = 1e-9                           # the least that is divided by
 
 @dataclass(frozen=True, eq=False)
 class Conductor:
-    """A metal of a finish.
-
-    Examples
-    --------
-    At normal incidence, F is ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2).
-
-    >>> grey = Conductor(np.array([1.0]), np.array([2.0]), np.ones((3, 1)), 0.3, 0.3)
-    >>> grey.fresnel(np.ones(1)).round(9).tolist()
-    [[0.5, 0.5, 0.5]]
-    """
+    """A metal of a finish."""
 
     n: FloatArray           # refractive index, (bands,),
     k: FloatArray           # and extinction coefficient

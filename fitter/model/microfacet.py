@@ -76,15 +76,6 @@ class Microfacet:
     A model without anisotropic lobes has no `across` and `turn`. Of an anisotropic lobe of microfacets alpha is the
     width along the azimuth `turn`, radians, and `across` that at a right angle to it; of fibres `turn` is the azimuth,
     and `across` the slope at which they dip. The other kinds have `across` equal to alpha.
-
-    Examples
-    --------
-    The model is reciprocal.
-
-    >>> glossy = Microfacet(np.array([0.1]), np.array([[2.0]]), np.array([0.2]), np.array([2.0]), np.array([0.04]))
-    >>> forth, back = glossy.evaluate(0.3, 0, 1.1, 2), glossy.evaluate(1.1, 2, 0.3, 0)
-    >>> bool(np.allclose(forth, back)), bool(forth[0] > 0.1)
-    (True, True)
     """
 
     kd: FloatArray                  # diffuse reflectance, (channels,), 1/sr

@@ -125,11 +125,5 @@ def factor_of_angle(control_points: FloatArray, theta: ArrayLike) -> FloatArray:
 
 
 def bounded_log(values: FloatArray, offset: float) -> FloatArray:
-    """log(f + offset), at least log(0.05 offset), as noise may bring f below -offset: 1/sr, of any shape.
-
-    Examples
-    --------
-    >>> np.exp(bounded_log(np.array([0.0, -2.0]), 1.0)).round(9).tolist()
-    [1.0, 0.05]
-    """
+    """log(f + offset), at least log(0.05 offset), as noise may bring f below -offset: 1/sr, of any shape."""
     return np.log(np.maximum(values + offset, 0.05 * offset))

@@ -54,9 +54,9 @@ class Albedo:
 
     def text(self) -> str:
         """The share, and what would explain it."""
-        if not self.is_doubtful:
-            return f"{self.share:.2g} or more"
         what = f"{self.share:.2g} or more"
+        if not self.is_doubtful:
+            return what
         if self.share > PLAUSIBLE:
             what = f"{self.share:,.3g} times the light that arrives"
         elif self.is_dark:
@@ -65,16 +65,7 @@ class Albedo:
 
 
 def estimate(samples: Samples) -> Albedo:
-    """Estimate what measurements reflect.
-
-    Examples
-    --------
-    >>> white = np.full((9, 1), 97.0)
-    >>> angles = np.radians(np.arange(0, 90, 10))
-    >>> found = estimate(Samples(angles, 0 * angles, angles, 0 * angles, white))
-    >>> found.share > 300, found.text()
-    (True, '305 times the light that arrives: reflectance factors in percent? (Values: reflectance_percent)')
-    """
+    """Estimate what measurements reflect."""
     share, whole = _share(samples), _share(samples, brightest=1.0)
     reasons, is_dark = [], whole < DARKEST_SURFACE
     if max(samples.theta_i.max(), samples.theta_o.max()) < _ALL_AT_NORMAL and len(samples) > 1:

@@ -64,14 +64,6 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, phi_o: float = 0.
 
     The integral of f cos(theta_i) over the incident hemisphere, by the midpoint rule over the disk to which that
     projects; negative values count as 0. By reciprocity, it is the albedo for light from theta_o.
-
-    Examples
-    --------
-    A Lambertian of f = 0.3 / sr has the albedo 0.3 pi from all directions.
-
-    >>> from ..methods import prior
-    >>> directional_albedo(prior.lambertian(np.array([[0.3]])), [0, 1.5]).round(4).tolist()
-    [[0.9425], [0.9425]]
     """
     steps = (np.arange(_INTEGRAL_CELLS) + 0.5) / _INTEGRAL_CELLS
     turns = np.pi * steps if is_isotropic(model) else np.concatenate([np.pi * steps, -np.pi * steps])

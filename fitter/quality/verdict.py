@@ -65,14 +65,7 @@ UNPREDICTED = Judgement("Whether the photographs are described rightly is not ju
 
 
 def lightness_error(samples: Samples, predicted: FloatArray) -> float:
-    """The root mean square error of predictions (n, channels), 1/sr, in delta L*, the steps of lightness.
-
-    Examples
-    --------
-    >>> grey = Samples([0], [0], [0], [0], [[0.125 / np.pi]])
-    >>> round(lightness_error(grey, np.array([[0.216 / np.pi]])), 9)
-    10.0
-    """
+    """The root mean square error of predictions (n, channels), 1/sr, in delta L*, the steps of lightness."""
     measured, fitted = (_lightness(samples, values) for values in (samples.values, predicted))
     return 100 * float(np.sqrt(np.mean((fitted - measured) ** 2)))
 
@@ -143,11 +136,6 @@ def extrapolated_share(verdict: Verdict) -> float:
 
     Of the light that a Lambertian ball sends to a far camera, sin^2 t comes from where the viewer is up to t from the
     normal, and of that sin^2 t from light up to t.
-
-    Examples
-    --------
-    >>> round(extrapolated_share(Verdict(0.4, 3.0, 75.0, 12.0, 60.0)), 3)
-    0.3
     """
     if not verdict.least:
         return 0.0
@@ -162,15 +150,7 @@ def is_well(verdict: Verdict) -> bool:
 
 
 def sentence(verdict: Verdict) -> str:
-    """The verdict in plain words.
-
-    Examples
-    --------
-    >>> sentence(Verdict(0.4, 3.0, 70.3, 12.0))
-    'Matches the measurements: excellent. Between measured angles: good, uncertain beyond 70 degrees'
-    >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0)).partition('does that')[2]
-    '), uncertain in gaps of up to 31 degrees'
-    """
+    """The verdict in plain words."""
     between = _line_between_angles(verdict) if verdict.between >= 0 else _UNTESTED
     doubts = [] if verdict.farthest >= math.degrees(GRAZING) else [f"beyond {verdict.farthest:.0f} degrees"]
     if verdict.hole > WIDE_GAP:
@@ -181,15 +161,7 @@ def sentence(verdict: Verdict) -> str:
 
 def line(verdict: Verdict) -> str:
     """As `sentence`, in a line: of what lies between the measured angles, only that it is worse than good; and how much
-    of what one sees lies beyond them.
-
-    Examples
-    --------
-    >>> line(Verdict(0.4, 3.0, 70.3, 12.0))
-    'Matches the measurements: excellent'
-    >>> line(Verdict(0.4, 3.0, 75.0, 12.0, 60.0))
-    'Matches the measurements: excellent. Measured to 60 and 75 degrees, the rim is a guess (30 % of a ball)'
-    """
+    of what one sees lies beyond them."""
     between = f". {_line_between_angles(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else ""
     return f"{match_message(verdict).words}{between}{_extrapolation_message(verdict)}"
 

@@ -215,14 +215,6 @@ def hold_lock(path: str | Path, wait: bool = False) -> Iterator[None]:
 
     Raises BlockingIOError if another process has the lock; the message names that process; and FileExistsError if
     something else has the name of the lock file.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> path = Path(tempfile.mkdtemp()) / "library.blend"
-    >>> with hold_lock(path):
-    ...     path.with_name("library.blend.lock").exists()
-    True
     """
     path = real_path(path)
     beside = path.with_name(path.name + ".lock")
