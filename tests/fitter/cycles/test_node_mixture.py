@@ -58,12 +58,6 @@ def spiral(count):
     return np.stack([np.sqrt(1 - z * z) * np.cos(azimuth), np.sqrt(1 - z * z) * np.sin(azimuth), z], axis=1)
 
 
-def sampled(random, count):
-    """Directions above the horizon, evenly by solid angle: (count, 3)."""
-    z, azimuth = random.random(count), 2 * np.pi * random.random(count)
-    return np.stack([np.sqrt(1 - z * z) * np.cos(azimuth), np.sqrt(1 - z * z) * np.sin(azimuth), z], axis=1)
-
-
 def seen_from(fit, mixture, theta_o, phi_o, wi):
     """Reflected radiance of a fit and of a mixture: (n, channels) each."""
     truth = fit.evaluate(np.arccos(wi[:, 2]), np.arctan2(wi[:, 1], wi[:, 0]), theta_o, phi_o)
@@ -71,20 +65,20 @@ def seen_from(fit, mixture, theta_o, phi_o, wi):
 
 
 @pytest.mark.parametrize(("count", "within"), [(1, 0.01), (2, 0.02), (4, 0.13)])
-def test_a_sum_of_such_lobes_is_found(random, count, within):
+def test_a_sum_of_such_lobes_is_found(count, within):
     """One or two nearly; of four, which hide one another, no worse than about what is found."""
     fit = Lobes(count)
     mixture = node_mixture.node_mixtures(fit).cycles
     assert mixture.error < within
-    wi = sampled(random, 20_000)
+    wi = spiral(20_000)
     for theta_o in (0.03, 0.5, 1.1):
         truth, found = seen_from(fit, mixture, theta_o, 0.7, wi)
         assert np.abs(found - truth).sum() / truth.sum() < 1.3 * within
 
 
-def test_the_error_that_is_told_is_that_of_brute_force(random, glossy):
+def test_the_error_that_is_told_is_that_of_brute_force(glossy):
     fit = fitter.fit(glossy, **fitter.PRESETS["Draft"])
-    wi = sampled(random, 40_000)
+    wi = spiral(40_000)
     for mixture in node_mixture.node_mixtures(fit)[:2]:
         angles = np.linspace(0, 1, 24) * np.radians(87)
         each = [seen_from(fit, mixture, angle, 0.0, wi) for angle in angles]
@@ -263,10 +257,10 @@ def test_eevee_gets_only_what_it_renders(glossy):
     assert not mixture.shape.anisotropy.any()
 
 
-def test_an_anisotropic_highlight_turns_with_the_viewer(random):
+def test_an_anisotropic_highlight_turns_with_the_viewer():
     fit = brushed_fit()
     mixture = node_mixture.node_mixtures(fit).cycles
-    wi = sampled(random, 60_000)
+    wi = spiral(60_000)
     errors = []
     for theta_o in (0.2, 0.8):
         for phi_o in (0.0, 0.9, 2.2, 4.0):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fitter.lattice import dense, perfect_hash, sparse
-from fitter.lattice.normal_equations import NormalEquations, gains
+from fitter.lattice.normal_equations import gains
 from tests.fitter.lattice.test_dense import random_points
 
 
@@ -43,23 +43,6 @@ def test_a_lattice_too_large_for_memory_is_evaluated_by_its_keys(random):
                 expected[row] += stored[key] * math.prod(w[row, each] for w, each in zip(along, k, strict=True))
     assert np.abs(expected).max() > 0.05
     np.testing.assert_allclose(lattice.evaluate(x), expected, atol=1e-12)
-
-
-def test_the_step_is_that_of_least_squares(random):
-    x = random_points(random, 3000, 4)
-    z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
-    size = math.prod(dense.shape(1, 4))
-    same = dense.representative(1, 4).ravel()
-    root = random.standard_normal((size, size))
-    control_points, = NormalEquations(x, [(1, None)]).solve(weights, z, [root.T @ root])
-
-    unknowns = np.unique(same)
-    design = np.stack([dense.evaluate((same == one).astype(float).reshape(*dense.shape(1, 4), 1), 1, x)[:, 0]
-                       for one in unknowns], axis=1)
-    spread = np.array([[float(one == same[k]) for one in unknowns] for k in range(size)])
-    rows, wanted = [weights[:, None] * design, root @ spread], [weights[:, None] * z, np.zeros((size, 2))]
-    best = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)[0]
-    np.testing.assert_allclose(control_points, spread @ best, atol=1e-3 * np.abs(best).max())
 
 
 def test_gains_are_those_of_one_control_point_alone(random):

@@ -17,6 +17,8 @@ from support import hostile_fits
 from support.made_fits import MADE_FITS
 from support.mixtures import any_mixture
 
+DAMPED = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
+
 
 @pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
 def fit(request, glossy):
@@ -170,8 +172,7 @@ def test_the_fit_that_hostile_ones_are_made_from_is_read(tmp_path):
 @pytest.fixture(scope="module")
 def with_lobes():
     """A small fit with a prior of all lobes, and a mixture."""
-    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
-    return fit, any_mixture(fit)
+    return DAMPED, any_mixture(DAMPED)
 
 
 @pytest.mark.parametrize("number", [1e300, 3.5e38, np.inf, np.nan])
@@ -276,20 +277,6 @@ def test_a_fit_of_the_half_angle_has_no_softening_of_its_own(tmp_path):
     assert fitter.Fit.load(tmp_path / "fit.npz").coordinates == fit.coordinates
 
 
-@pytest.fixture
-def damped(tmp_path):
-    """A file of a fit with all lobes, damping and stretch: how to write it with some entries changed, and its fit."""
-    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
-    fit.save(tmp_path / "fit.npz")
-    with np.load(tmp_path / "fit.npz") as file:
-        entries = dict(file)
-
-    def write(header=None, **arrays):
-        tamper(tmp_path / "bad.npz", entries, header, **arrays)
-        return tmp_path / "bad.npz"
-    return write, fit
-
-
 @pytest.mark.parametrize(("header", "message"), [
     ({"coordinates": "spherical"}, "coordinates are unknown"), ({"coordinates": ["rusinkiewicz"]}, ""),
     ({"transform": "linear"}, "transform is unknown"),
@@ -299,15 +286,17 @@ def damped(tmp_path):
     *(({"lobes": lobes}, "") for lobes in (
         ["mirror", "retro", "velvet"], ["mirror", "retro"], ["mirror"] * 4, "mirror", [], None, 3, [["mirror"]] * 3,
         {"mirror": 1, "retro": 2, "sheet": 3}))])
-def test_a_header_with_parts_that_do_not_exist_is_refused(damped, header, message):
-    path = damped[0](header)
+def test_a_header_with_parts_that_do_not_exist_is_refused(tmp_path, header, message):
+    path = tmp_path / "bad.npz"
+    tampered(DAMPED, path, header)
     with pytest.raises(fitter.DatasetError, match=rf"bad\.npz: a damaged fit.*{message}"):
         fitter.Fit.load(path)
 
 
 @pytest.mark.parametrize("missing", ["stretch", "softening", "lobes", "coordinates", "transform"])
-def test_a_header_without_a_part_of_its_version_is_refused(damped, tmp_path, missing):
-    with np.load(damped[0]()) as file:
+def test_a_header_without_a_part_of_its_version_is_refused(tmp_path, missing):
+    DAMPED.save(tmp_path / "fit.npz")
+    with np.load(tmp_path / "fit.npz") as file:
         entries = dict(file)
     header = json.loads(str(entries["header"]))
     del header[missing]
@@ -320,9 +309,9 @@ def test_a_header_without_a_part_of_its_version_is_refused(damped, tmp_path, mis
     lambda d: d - 1, lambda d: d + 1, lambda d: np.full_like(d, np.nan), lambda d: np.full_like(d, np.inf),
     lambda d: d[:-1], lambda d: d[:, :1], lambda d: d.astype(np.float32), lambda d: d[0, 0], lambda d: d.ravel(),
     lambda d: np.concatenate([d, d])], ids=range(10))
-def test_a_damping_that_is_not_a_factor_at_each_knot_is_refused(damped, damping):
-    write, fit = damped
-    path = write(damping=damping(fit.transform.damping))
+def test_a_damping_that_is_not_a_factor_at_each_knot_is_refused(tmp_path, damping):
+    path = tmp_path / "bad.npz"
+    tampered(DAMPED, path, damping=damping(DAMPED.transform.damping))
     with pytest.raises(fitter.DatasetError, match=r"bad\.npz: a damaged fit"):
         fitter.Fit.load(path)
 

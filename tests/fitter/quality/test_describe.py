@@ -13,7 +13,10 @@ from fitter.arrays import unit_vectors
 from fitter.cycles.principled import albedo
 from fitter.imaging import pictures, plane_plot, studio
 from fitter.imaging.plane_plot import Plotted
+from fitter.methods import prior
 from fitter.quality.describe import describe, open_questions
+
+LAMBERTIAN = prior.lambertian(np.array([[0.5 / np.pi]]))
 
 
 def angle(u, v):
@@ -177,14 +180,8 @@ def test_albedo_is_the_integral_over_both_hemispheres(random):
     np.testing.assert_allclose(albedo(Glossy()), brute, rtol=0.01)
 
 
-class Lambertian:
-    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
-        shape = np.broadcast_shapes(*(np.shape(angle) for angle in (theta_i, phi_i, theta_o, phi_o)))
-        return np.full((*shape, 1), 0.5 / np.pi)
-
-
 def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
-    picture = pictures.lit_sphere(Lambertian(), 101)
+    picture = pictures.lit_sphere(LAMBERTIAN, 101)
     assert picture[0, 0, 3] == 0                                        # around the sphere
     assert picture[50, 50, 3] == 1
     n = 400_000
@@ -198,7 +195,7 @@ def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
 def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it():
     theta = np.radians([10, 40, 70])
     samples = fitter.Samples(np.full(3, 0.7), np.zeros(3), theta, np.full(3, np.pi), np.full((3, 1), 0.5 / np.pi))
-    picture, shown = plane_plot.polar_plot([Plotted(Lambertian())], samples, 0.6, 200)
+    picture, shown = plane_plot.polar_plot([Plotted(LAMBERTIAN)], samples, 0.6, 200)
     assert shown == pytest.approx(0.7)
     disc = plane_plot.picture_disc(200)
     for angle_from_normal in np.radians([-80, -45, 0, 45, 80]):
@@ -209,7 +206,7 @@ def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it(
 
 def test_without_samples_near_the_plane_the_plot_shows_none():
     samples = fitter.Samples([0.7], [0.0], [0.7], [np.pi / 2], [[1.0]])
-    assert math.isnan(plane_plot.polar_plot([Plotted(Lambertian())], samples, 0.6, 64)[1])
+    assert math.isnan(plane_plot.polar_plot([Plotted(LAMBERTIAN)], samples, 0.6, 64)[1])
 
 
 @pytest.mark.parametrize(("degrees", "guessed"), [(80, "beyond 80°, where nothing was measured"), (89.5, None)])
