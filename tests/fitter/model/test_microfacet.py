@@ -106,14 +106,5 @@ def test_a_prior_is_reciprocal_finite_and_not_negative(pairs, name):
     assert (there >= 0).all()
 
 
-def test_each_kind_shines_where_it_says():
-    """At 40 degrees: in the mirror direction, back at the light, and with the half vector far from the normal."""
-    theta = np.radians(40)
-    at = {"mirror": (theta, np.pi), "retro": (theta, 0.0), "sheen": (np.radians(85), 0.0)}
-    for kind in at:
-        values = {place: float(model(kind, 0.3).evaluate(theta, 0, *angles)[0]) for place, angles in at.items()}
-        assert max(values, key=values.get) == kind
-
-
 def test_the_bytes_of_a_prior_are_its_numbers_and_kinds():
     assert model("retro", 0.1).nbytes == 4 * (2 + 2 + 1 + 1 + 1) + 1
