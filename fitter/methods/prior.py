@@ -186,8 +186,9 @@ class _Problem:
         """A lobe, (n,), and its derivatives by its parameters of the search, (parameters, n)."""
         alpha, gamma, f0, *rest = _numbers(p, kind)
         value, slopes = lobe_with_slopes(kind, self.at, self.surface_components, alpha, gamma, f0, *rest)
-        by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(slopes), None]
-        return value, np.array(slopes) * by_parameter
+        derivatives = np.array(slopes())
+        by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(derivatives), None]
+        return value, by_parameter * derivatives
 
 
 def _cost(solved: tuple[Microfacet, float]) -> float:

@@ -127,20 +127,14 @@ def lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: 
          across: float | None = None, turn: float = 0.0) -> FloatArray:
     """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no
     `SurfaceComponents`."""
-    return _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)[0]
+    return lobe_with_slopes(kind, at, in_surface, alpha, gamma, f0, across, turn)[0]
 
 
 def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float,
-                     f0: float, across: float | None = None, turn: float = 0.0) -> tuple[FloatArray, list[FloatArray]]:
-    """`lobe`, and its derivatives by log alpha, gamma and f0 and, where there are components in the surface, by log
-    across and turn."""
-    value, slopes = _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)
-    return value, slopes()
-
-
-def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float, f0: float,
-          across: float | None, turn: float) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
-    """`lobe`, and what computes its derivatives."""
+                     f0: float, across: float | None = None, turn: float = 0.0,
+                     ) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
+    """`lobe`, and what computes its derivatives by log alpha, gamma and f0 and, where there are components in the
+    surface, by log across and turn."""
     cos_i, cos_o = at.cos_i, at.cos_o
     nothing = np.zeros(np.shape(at.tan2_h))
     unturned = [] if in_surface is None else [nothing, nothing]
@@ -211,7 +205,7 @@ def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha:
 
 def _fibres(at: Geometry, in_surface: SurfaceComponents, alpha: float, gamma: float, f0: float, across: float,
             turn: float) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
-    """`_lobe` of fibres."""
+    """`lobe_with_slopes` of fibres."""
     in_both = (in_surface.incident + in_surface.outgoing) * np.exp(-1j * turn)
     dip = across * (at.cos_i + at.cos_o)
     sides = [(in_both.real + side) / alpha for side in (-dip, dip)]

@@ -73,7 +73,7 @@ def test_refitting_is_least_squares_over_the_kept_control_points(random, samples
     x = random.random((samples, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
     z, weights = random.standard_normal((samples, 2)), random.random(samples) + 0.1
     kept = least_squares.sparse_fit(x, z, weights, level, count)
-    assert count - 4 < len(kept) <= count
+    assert count - 4 < kept.count <= count
     same = dense.representative(level).ravel()
     free = np.unique(same[kept.index.keys])
     design = np.empty((samples, len(free)))
