@@ -7,13 +7,6 @@ from fitter.coordinates.rusinkiewicz import LEAST_SOFTENING
 softened = pytest.mark.parametrize("softening", [LEAST_SOFTENING, HALF_DIFFERENCE_SOFTENING, 0.3])
 
 
-@pytest.fixture
-def pairs(random):
-    theta_i, theta_o = np.arccos(random.random((2, 500)))
-    phi_i, phi_o = random.random((2, 500)) * 2 * np.pi
-    return theta_i, phi_i, theta_o, phi_o
-
-
 @softened
 def test_the_coordinates_are_their_definition(pairs, softening):
     """The sum of squares that gives y, against |H|^2 - x^2."""

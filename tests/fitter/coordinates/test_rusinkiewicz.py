@@ -8,13 +8,6 @@ from fitter.coordinates.rusinkiewicz import LEAST_SOFTENING, RUSINKIEWICZ_SOFTEN
 softened = pytest.mark.parametrize("softening", [LEAST_SOFTENING, RUSINKIEWICZ_SOFTENING, 0.3])
 
 
-@pytest.fixture
-def pairs(random):
-    theta_i, theta_o = np.arccos(random.random((2, 500)))
-    phi_i, phi_o = random.random((2, 500)) * 2 * np.pi
-    return theta_i, phi_i, theta_o, phi_o
-
-
 def rotation(axis, angle):
     """The matrix of a rotation about the y or the z axis: (3, 3)."""
     c, s = np.cos(angle), np.sin(angle)

@@ -11,13 +11,6 @@ every_system = pytest.mark.parametrize("system", [
     *map(Rusinkiewicz, (LEAST_SOFTENING, RUSINKIEWICZ_SOFTENING, 0.3))], ids=str)
 
 
-@pytest.fixture
-def pairs(random):
-    theta_i, theta_o = np.arccos(random.random((2, 500)))
-    phi_i, phi_o = random.random((2, 500)) * 2 * np.pi
-    return theta_i, phi_i, theta_o, phi_o
-
-
 def first_of_mirror_pairs(system, theta):
     """The first coordinate of pairs of directions that mirror each other, theta from the normal."""
     length = project(theta) if isinstance(system, HalfDifference) else np.sin(theta)
