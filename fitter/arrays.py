@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Directions", "FloatArray", "IntArray", "RealArray", "SingleArray",
-           "concatenate_directions", "map_directions", "select_directions", "unit_vectors"]
+           "broadcast_directions", "concatenate_directions", "map_directions", "select_directions", "unit_vectors"]
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
@@ -36,6 +36,11 @@ def select_directions(directions: Iterable[FloatArray], which: Any) -> Direction
 def concatenate_directions(parts: Iterable[Directions]) -> Directions:
     """Several arrays of pairs of directions as one."""
     return map_directions(np.concatenate, zip(*parts, strict=True))
+
+
+def broadcast_directions(*directions: ArrayLike) -> list[FloatArray]:
+    """Angles of pairs of directions, four arrays that broadcast to (...), as arrays of that shape."""
+    return list(np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in directions)))
 
 
 def unit_vectors(theta: ArrayLike, phi: ArrayLike) -> FloatArray:

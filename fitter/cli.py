@@ -20,8 +20,7 @@ from . import (
     report,
 )
 from . import fit as fit_samples
-from .colours import COLOURS
-from .colours import DEFAULT_COLOURS as DEFAULT_COLOURS
+from .colours import COLOURS, DEFAULT_COLOURS
 from .cycles.bake import bake
 from .errors import printable
 from .formats import KNOWN_FILES, list_files, list_samples, reading, saved_samples
@@ -40,16 +39,11 @@ from .quality.describe import describe, open_questions
 from .storage.files import check_not_read, replace_file
 
 BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
-_NOT_GIVEN = object()       # None means plain MBA
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 0, or 1 with a message on standard error; `BAD`; or `interrupts.CANCELLED`.
-
-    Parameters
-    ----------
-    arguments
-        By default those of the process.
+    """Run one command, by default that of the process. The exit code is 0, or 1 with a message on standard error;
+    `BAD`; or `interrupts.CANCELLED`.
 
     Examples
     --------
@@ -133,19 +127,20 @@ def build_parser() -> argparse.ArgumentParser:
 def add_fitting(parser: argparse.ArgumentParser) -> None:
     """Add what a fit is chosen by, of which `level_arguments` returns the levels, to a command."""
     parser.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
-    parser.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
-    parser.add_argument("--specular-level", type=_level_or_none, metavar="S", default=_NOT_GIVEN,
+    parser.add_argument("--diffuse-level", type=int, metavar="D", default=argparse.SUPPRESS,
+                        help="level of the dense lattice, 0 to 8")
+    parser.add_argument("--specular-level", type=_level_or_none, metavar="S", default=argparse.SUPPRESS,
                         help="level of the sparse lattice, 0 to 8, or 'none' for plain MBA")
-    parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
+    parser.add_argument("--compression", type=float, metavar="C", default=argparse.SUPPRESS,
+                        help="percentage of the sparse lattice to drop")
     parser.add_argument("--tolerance", type=float, metavar="T",
                         help="the smallest fit with at most this RMSE (1/sr), instead of a preset and levels")
 
 
 def level_arguments(options: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of a fit that were given beside its preset."""
-    given = {name: getattr(options, name) for name in ("diffuse_level", "compression")}
-    chosen = {name: value for name, value in given.items() if value is not None}
-    return chosen if options.specular_level is _NOT_GIVEN else {**chosen, "specular_level": options.specular_level}
+    return {name: value for name, value in vars(options).items()
+            if name in ("diffuse_level", "specular_level", "compression")}
 
 
 def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_COLOURS) -> None:
@@ -184,13 +179,9 @@ def _info(options: argparse.Namespace) -> None:
         for number, name in samples:
             say(f"{number:4d}  {name}")
         return
-    _describe_samples(options.file, options.sample, reading_arguments(options))
-
-
-def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
-    samples = load(path, sample, **how)
-    say(samples.name)
-    for label, text, warning in describe(samples).rows():
+    described = load(options.file, options.sample, **reading_arguments(options))
+    say(described.name)
+    for label, text, warning in describe(described).rows():
         say(f"  {label:12} {text}{'  (!)' if warning else ''}")
 
 

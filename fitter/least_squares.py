@@ -13,31 +13,14 @@ _LEAST_DIAGONAL = 1e-9      # of normal equations
 
 
 def nonnegative_least_squares(normal: FloatArray, right: FloatArray, positive: BoolArray | None = None) -> FloatArray:
-    """Nonnegative least squares by block principal pivoting, from normal equations of few unknowns.
+    """Nonnegative least squares by block principal pivoting, from normal equations of few unknowns: (..., k, k),
+    positive semidefinite with no diagonal element 0, and (..., k) to (..., k). Axes in front are of problems that are
+    solved at once.
 
-    All arrays may have more axes in front, of problems that are solved at once.
-
-    By block principal pivoting: all unknowns that are on the wrong side change it at once or, where that did not
-    lower their number twice, the last of them alone (L. F. Portugal, J. J. Judice, L. N. Vicente: A Comparison
-    of Block Pivoting and Interior-Point Algorithms for Linear Least Squares Problems with Nonnegative Variables,
-    Mathematics of Computation 63, 1994).
-
-    Parameters
-    ----------
-    normal : (..., k, k)
-        Positive semidefinite, no diagonal element 0.
-    right : (..., k)
-    positive : (..., k), optional
-        Which are probably not 0, where that is known: it costs fewer rounds.
-
-    Returns
-    -------
-    (..., k)
-
-    Examples
-    --------
-    >>> nonnegative_least_squares(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([1.0, -1.0]))
-    array([0.5, 0. ])
+    All unknowns that are on the wrong side change it at once or, where that did not lower their number twice, the last
+    of them alone (L. F. Portugal, J. J. Judice, L. N. Vicente: A Comparison of Block Pivoting and Interior-Point
+    Algorithms for Linear Least Squares Problems with Nonnegative Variables, Mathematics of Computation 63, 1994). To
+    know which are probably `positive`, (..., k), costs fewer rounds.
     """
     unknowns = right.shape[-1]
     scale = 1 / np.sqrt(np.einsum("...kk->...k", normal)).reshape(-1, unknowns)
@@ -69,35 +52,13 @@ def levenberg_marquardt(start: FloatArray, evaluate: Callable[[FloatArray], tupl
                         tries: int, grow: float, shrink: float, enough: float, damping: float = 1e-2,
                         ) -> tuple[FloatArray, float, _State]:
     """Nonlinear least squares by damped Gauss-Newton (K. Levenberg, Quarterly of Applied Mathematics 2(2), 1944; D. W.
-    Marquardt, Journal of the Society for Industrial and Applied Mathematics 11(2), 1963).
+    Marquardt, Journal of the Society for Industrial and Applied Mathematics 11(2), 1963): where the cost is least,
+    (n,), the cost, and what else was evaluated there.
 
-    Parameters
-    ----------
-    start : (n,)
-    evaluate : function of (n,)
-        The cost, and whatever else `linearise` takes.
-    linearise : function of (n,) and that
-        The function of the damping to what is tried next, (n,): `damped_step`, perhaps within bounds.
-    steps, tries
-        Linearisations, and dampings that are tried in each.
-    grow, shrink
-        By what the damping is multiplied where a step is no better, and divided where it is.
-    enough
-        A step that makes the cost smaller by less than this share is the last.
-
-    Returns
-    -------
-    (n,), its cost, and what else was evaluated there
-
-    Examples
-    --------
-    >>> def evaluate(x):
-    ...     return float(((x ** 2 - [4, 9]) ** 2).sum()), x ** 2 - [4, 9]
-    >>> def linearise(x, residual):
-    ...     return lambda damping: x + damped_step(np.diag(4 * x ** 2), -2 * x * residual, damping)
-    >>> how = {"steps": 20, "tries": 8, "grow": 4, "shrink": 4, "enough": 1e-9}
-    >>> levenberg_marquardt(np.ones(2), evaluate, linearise, **how)[0].round(6)
-    array([2., 3.])
+    `evaluate` returns the cost at (n,), and whatever else `linearise` takes. `linearise` returns the function of the
+    damping to what is tried next, (n,): `damped_step`, perhaps within bounds. There are so many `steps`,
+    linearisations, and `tries`, dampings, in each. The damping is multiplied by `grow` where a step is no better, and
+    divided by `shrink` where it is; a step that makes the cost smaller by less than the share `enough` is the last.
     """
     x, (cost, state) = start, evaluate(start)
     for _ in range(steps):

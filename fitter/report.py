@@ -16,7 +16,7 @@ from .methods.presets import PRESETS
 from .model.fit import Fit, notation
 from .quality import cross_validation
 from .quality.metrics import error_metrics
-from .samples import Samples
+from .samples import Samples, subset
 from .storage.files import replace_file, strip_folders
 
 MANY = 2000                 # samples: of more, one fold of the five is held out
@@ -29,8 +29,8 @@ Row = dict[str, Any]
 
 def ways(levels: Sequence[int] = ()) -> dict[str, Callable[[Samples], Fit]]:
     """The presets, and plain MBA of some levels: functions that fit samples, by name."""
-    found: dict[str, Callable[[Samples], Fit]] = {name: partial(_preset, name) for name in PRESETS}
-    return found | {notation(level): partial(_plain, level) for level in levels}
+    found: dict[str, Callable[[Samples], Fit]] = {name: partial(fit, **preset) for name, preset in PRESETS.items()}
+    return found | {notation(level): partial(fit, diffuse_level=level, specular_level=None) for level in levels}
 
 
 def rows(samples: Samples, fits: Mapping[str, Callable[[Samples], Fit]]) -> list[Row]:
@@ -51,15 +51,15 @@ def rows(samples: Samples, fits: Mapping[str, Callable[[Samples], Fit]]) -> list
         row: Row = {"material": samples.name, "source": strip_folders(samples.source), "fit": name,
                     "bytes": model.nbytes,
                     **error_metrics(samples.values, values)._asdict(),
-                    "cube_root_rmse": _cube_root_rmse(samples, values, np.arange(len(samples))),
+                    "cube_root_rmse": cross_validation.errors(samples, values).cube_root_rmse,
                     "held_out_rmse": None, "held_out_cube_root_rmse": None, "seconds": seconds}
         if parts:
             predicted = samples.values.astype(float)
             for part in parts:
                 predicted[part] = cross_validation.predict_part(samples, part, make)
             here = np.concatenate(parts)
-            row["held_out_rmse"] = float(np.sqrt(np.mean((predicted[here] - samples.values[here]) ** 2)))
-            row["held_out_cube_root_rmse"] = _cube_root_rmse(samples, predicted, here)
+            row["held_out_rmse"], row["held_out_cube_root_rmse"] = cross_validation.errors(
+                subset(samples, here), predicted[here])
         found.append(row)
     return found
 
@@ -96,17 +96,3 @@ def write(found: Sequence[Row], out: str | Path) -> None:
         json.dump(list(found), stream, indent=1)
     with replace_file(folder / "results.md", "w") as stream:
         stream.write(markdown(found))
-
-
-def _preset(name: str, samples: Samples) -> Fit:
-    return fit(samples, **PRESETS[name])
-
-
-def _plain(level: int, samples: Samples) -> Fit:
-    return fit(samples, level, None)
-
-
-def _cube_root_rmse(samples: Samples, values: np.ndarray, here: np.ndarray) -> float:
-    theta_o = samples.theta_o[here]
-    cubes = [cross_validation.cube_root(theta_o, of[here]) for of in (values, samples.values)]
-    return float(np.sqrt(np.mean((cubes[0] - cubes[1]) ** 2)))

@@ -206,17 +206,11 @@ def subsample(samples: Samples, most: int) -> Samples:
 
 
 def apply_symmetry(samples: Samples, symmetry: str) -> Samples:
-    """Samples and their images by a symmetry of the surface, in directions that were not measured.
+    """Samples and their images by a symmetry of the surface, in directions that were not measured. The notes say so.
 
-    Raises DatasetError if it is none of these, or makes more than `MOST_REPEATED` samples.
-
-    Parameters
-    ----------
-    symmetry
-        One of `SYMMETRIES`. "half_turn": the surface is the same after half a turn about its normal; "mirror": the
-        plane of the normal and the tangent, phi = 0, is a mirror; or both.
-
-    The samples come first, then their images, but for those in directions that were measured. The notes say so.
+    By "half_turn" the surface is the same after half a turn about its normal; by "mirror" the plane of the normal and
+    the tangent, phi = 0, is a mirror; or both. Raises DatasetError if the symmetry is none of `SYMMETRIES`, or makes
+    more than `MOST_REPEATED` samples.
 
     Examples
     --------
@@ -264,18 +258,10 @@ def _number_pairs(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, p
 
 @dataclass(frozen=True)
 class Rotations:
-    """The rotations of a sample at which it was measured.
+    """The rotations of a sample at which it was measured."""
 
-    Attributes
-    ----------
-    count : int
-        How many azimuths of incidence differ, to a quarter of a degree. At the normal there is none.
-    first, last : float
-        The range that holds them all, degrees: the complement of the widest gap.
-    """
-
-    count: int
-    first: float
+    count: int      # how many azimuths of incidence differ, to a quarter of a degree; at the normal there is none
+    first: float    # the range that holds them all, degrees: the complement of the widest gap
     last: float
 
 
@@ -298,12 +284,8 @@ def rotations(theta_i: FloatArray, phi_i: FloatArray) -> Rotations:
 
 
 def distinct_channels(samples: Samples) -> tuple[Samples, tuple[int, ...]]:
-    """Leave out channels that equal an earlier one.
-
-    Returns
-    -------
-    columns : tuple of int
-        For each channel of the samples, the index of the equal channel in `distinct`.
+    """Leave out channels that equal an earlier one; and for each channel, the index of the equal one of those that
+    stay.
 
     Examples
     --------

@@ -16,30 +16,24 @@ DIFFUSE_LOBE = 0
 SHEEN_LOBE = 1
 GGX_LOBE = 2
 BECKMANN_LOBE = 3
-# Values of a colour ramp; Cycles fixes it for phong_ramp.
-KNOTS = 8
+KNOTS = 8                           # values of a colour ramp; Cycles fixes it for phong_ramp
 # The last tabulated viewing angle: beyond 88 degrees a surface fills next to nothing of a picture.
 GRAZING = radians(88)
 # Index of refraction of the microfacet closure; Cycles takes no notice of it for reflection without a Fresnel factor.
 MICROFACET_IOR = 1.5
-# Smaller cosines from the normal of a lobe count as this (numerical).
-LEAST_COSINE = 1e-3
-# Smaller squared sines of the half angle of sheen count as this (numerical).
-LEAST_SINE_2 = 1e-9
-# A facet is as rare as exp(-80) at most.
-STEEPEST_FACET = 80.0
+LEAST_COSINE = 1e-3                 # smaller cosines from the normal of a lobe count as this (numerical)
+LEAST_SINE_2 = 1e-9                 # smaller squared sines of the half angle of sheen count as this (numerical)
+STEEPEST_FACET = 80.0               # a facet is as rare as exp(-80) at most
 
 # The field of a fit (model/transform.py, model/microfacet.py, coordinates/; osl/fit.h, osl/prior.h,
 # osl/coordinates.h).
 
 # The largest value of the field: exp(40), the factor on the prior, is still a number in single precision.
 LARGEST_EXPONENT = 40.0
-# Control points of the factor of a polar angle by which a fit conserves energy.
-DAMPING_KNOTS = 33
+DAMPING_KNOTS = 33                  # control points of the factor of a polar angle by which a fit conserves energy
 # Added to the denominator of the microfacet visibility, so that it stays finite where both directions graze.
 DENSEST = 1e-3
-# Shorter projected vectors have no azimuth (numerical).
-LEAST_LENGTH = 1e-7
+LEAST_LENGTH = 1e-7                 # shorter projected vectors have no azimuth (numerical)
 # The least squared height of the sum of both directions, where both graze (numerical).
 LEAST_HEIGHT_2 = 1e-12
 # Share of the difference vector from which on its part across the half vector is found from the directions (numerical).
@@ -49,8 +43,7 @@ LEAST_SLOPE_2 = 1e-9
 
 # An edit of a fit (model/edit.py, osl/edit.h).
 
-# Reflectance of a clear coat at normal incidence: an index of refraction of 1.5.
-COAT_F0 = 0.04
+COAT_F0 = 0.04                      # reflectance of a clear coat at normal incidence: an index of refraction of 1.5
 
 # The perfect hash of the sparse lattice (lattice/perfect_hash.py, osl/perfect_hash.h). All intermediate values of a key
 # of 26 bits stay below 2^31.
@@ -66,15 +59,13 @@ HASH_SKIP = 4
 # A word of the table that tells which keys are stored is about 2 to this power of them, and of the ROW_TAPS - 1 next:
 # one look tells of a row of ROW_TAPS keys wherever it begins.
 OCCUPANCY_SHIFT = 4
-# Control points of a cubic B-spline along one axis.
-ROW_TAPS = 4
+ROW_TAPS = 4                        # control points of a cubic B-spline along one axis
 
 # Lamps (osl/lamps.h, addon/core/lamps).
 
 # Lamps that a shader has parameters for. Each costs time where it exists, and the 32 brightest cover most scenes.
 MAX_LAMPS = 32
-# Directions in which the fit is evaluated: one beside the lamps.
-DIRECTIONS = MAX_LAMPS + 1
+DIRECTIONS = MAX_LAMPS + 1          # directions in which the fit is evaluated: one beside the lamps
 # The least cosine of incidence by which a lamp's light is scaled when lamps are chosen by it: a large lamp whose centre
 # is on the horizon still lights a surface.
 LEAST_LAMP_COSINE = 0.1
@@ -91,8 +82,7 @@ MOST_MIXED = 2
 MAX_LOBES = 4
 # How many are taken in the mean: each costs evaluations of the fit, and one more closure for Cycles.
 SAMPLED_LOBES = 2
-# Both where few closures fit: on GPUs, all closures of a point share 1024 bytes.
-CLOSURE_LIMITED_LOBES = 1
+CLOSURE_LIMITED_LOBES = 1           # both where few closures fit: on GPUs, all closures of a point share 1024 bytes
 # By how much a lobe is wider than its lamp, beside which it falls off: two standard deviations of the directions about
 # a sampled one (RESIDUAL_EXPONENT). Else what is sampled just outside, where the lobe is low, spreads over the lamp.
 LOBE_MARGIN = 0.002
@@ -118,8 +108,7 @@ LOBE_RAISED = 1.5
 MOST_GIVEN = 1.0
 # Share of the mixture that the lobe of a lamp which is not small takes away at most, where it is above the fit.
 MOST_TAKEN = 0.8
-# Where a lobe has fallen to less it counts as 0.
-LEAST_FALLOFF = 1e-6
+LEAST_FALLOFF = 1e-6                # where a lobe has fallen to less it counts as 0
 # What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7/4 for the flat part, and the rest beyond it.
 LOBE_SOLID_ANGLE = 4.3
 # Closure weight of a lobe. Cycles finds lamps by sampling them, and should hardly ever follow a lobe instead; a closure
@@ -133,10 +122,8 @@ LIGHT_LOBE_WEIGHT = 2e-4
 RESIDUAL_EXPONENT = 1e6
 # The least colour of its closure weight in a channel, in that of the largest: the fit may have none of a colour.
 LEAST_COLOUR = 0.01
-# Its least closure weight: Cycles drops closures below 1e-5.
-LEAST_WEIGHT = 2e-4
-# Share of the sampled directions that are taken about a lamp of no size.
-LEAST_LAMP_SHARE = 0.3
+LEAST_WEIGHT = 2e-4                 # its least closure weight: Cycles drops closures below 1e-5
+LEAST_LAMP_SHARE = 0.3              # share of the sampled directions that are taken about a lamp of no size
 # The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there. Every sample has a
 # direction then, as what one takes away is bounded by its density.
 LARGE_LAMP_RADIUS = 0.06
@@ -152,10 +139,8 @@ CORRECTION_WEIGHT = 0.06
 LEAST_CORRECTION = 0.15
 # Cycles has no closures up to this width in the denoiser's albedo, as long as others have a quarter of all weights.
 NARROW_WIDTH = 0.075
-# Share of the weights of the mixture that these have at most to be made up for.
-MOST_NARROW = 0.25
-# Share of what is shown toward a lamp that a sampled direction takes away at most.
-MOST_CORRECTED = 0.65
+MOST_NARROW = 0.25                  # share of the weights of the mixture that these have at most to be made up for
+MOST_CORRECTED = 0.65               # share of what is shown toward a lamp that a sampled direction takes away at most
 # Share of what is shown toward a lamp below which the lamp's lobe takes a correction, evenly. A smaller one leaves more
 # to directions, which are seldom followed; a larger one misplaces more where a lamp is half hidden.
 SMALL_CORRECTION = 0.1
@@ -167,14 +152,10 @@ MOST_SPREAD = 2.0
 
 # The least cosine of the angle to the viewer: normals that interpolation or a bump map has turned away are turned back.
 LEAST_FACING = 1e-3
-# A shading normal that is shorter is an unconnected input.
-LEAST_NORMAL = 1e-3
-# A tangent that is shorter has no direction, and any other will do (numerical).
-LEAST_TANGENT = 1e-6
-# Directions whose cosine is lower count as below the horizon: 0.006 degrees.
-LEAST_HORIZON_COSINE = 1e-4
-# From this cosine on an axis counts as nearly parallel to the normal (numerical).
-NEARLY_PARALLEL = 0.9
+LEAST_NORMAL = 1e-3                 # a shading normal that is shorter is an unconnected input
+LEAST_TANGENT = 1e-6                # a tangent that is shorter has no direction, and any other will do (numerical)
+LEAST_HORIZON_COSINE = 1e-4         # directions whose cosine is lower count as below the horizon: 0.006 degrees
+NEARLY_PARALLEL = 0.9               # from this cosine on an axis counts as nearly parallel to the normal (numerical)
 
 # Streams of random numbers (osl/random.h): each number of a shading point has its own. The last three have one for each
 # lamp, or each mix, and so lie MAX_LAMPS or more apart.

@@ -65,7 +65,7 @@ def _lattice_in_single(points, level, x):
 def halved(fit):
     """A fit whose coefficients were stored in half precision, relative to the largest of each lattice."""
     specular = fit.specular
-    if specular is not None and len(specular):
+    if specular is not None and specular.count:
         specular = replace(specular, coefficients=_halve(specular.coefficients))
     diffuse = replace(fit.diffuse, control_points=_halve(fit.diffuse.control_points))
     return replace(fit, diffuse=diffuse, specular=specular)

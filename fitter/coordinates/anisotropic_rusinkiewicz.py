@@ -30,19 +30,11 @@ from .half_difference import unproject
 
 @dataclass(frozen=True)
 class AnisotropicRusinkiewicz:
-    """These coordinates as a `coordinates.Coordinates`.
+    """These coordinates as a `coordinates.Coordinates`."""
 
-    Attributes
-    ----------
-    along, across : float
-        The stretches k_x and k_y of the half vector, from a tenth of `stretch.LEAST` to `stretch.LARGEST`.
-    turn : float
-        The azimuth of the first axis, radians.
-    """
-
-    along: float = 1.0
-    across: float = 1.0
-    turn: float = 0.0
+    along: float = 1.0      # the stretches k_x and k_y of the half vector,
+    across: float = 1.0     # from a tenth of `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`
+    turn: float = 0.0       # the azimuth of the first axis, radians
     name: ClassVar[str] = "anisotropic_rusinkiewicz"
     axes: ClassVar[tuple[str, ...]] = ("half_x", "half_y", "difference_x", "difference_y")
 

@@ -32,18 +32,10 @@ RELATIVE_SOFTENING = 0.3             # delta, times the larger of the stretch an
 
 @dataclass(frozen=True)
 class HalfAngle:
-    """These coordinates as a `coordinates.Coordinates`.
+    """These coordinates as a `coordinates.Coordinates`."""
 
-    Attributes
-    ----------
-    stretch : float
-        The stretch k of the half angle, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
-    back_stretch : float
-        Likewise, of the difference vector (x, y).
-    """
-
-    stretch: float = stretch.NO_STRETCH
-    back_stretch: float = 0.0
+    stretch: float = stretch.NO_STRETCH     # k of the half angle: as of `HalfDifference`
+    back_stretch: float = 0.0               # likewise, of the difference vector (x, y)
     name: ClassVar[str] = "half_angle"
     axes: ClassVar[tuple[str, ...]] = ("h", "x", "y")
 
@@ -53,16 +45,7 @@ class HalfAngle:
         return RELATIVE_SOFTENING / max(self.stretch, 1.0)
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1].
-
-        Examples
-        --------
-        A mirror pair has the normal as its half vector, at any angle of incidence:
-
-        >>> mu = 2 * HalfAngle().encode([0.3, 1.2], 0, [0.3, 1.2], np.pi) - 1
-        >>> bool(np.allclose(mu[:, :2], 0)), bool(np.allclose(mu[:, 2], half_difference.project([0.3, 1.2])))
-        (True, True)
-        """
+        """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1]."""
         pair = Pair.from_angles(theta_i, phi_i, theta_o, phi_o)
         length = np.sqrt(pair.sum2)
         d = np.sqrt(pair.sin2_d) / (1 + length)             # 2 cos theta_d is the length of the sum

@@ -35,18 +35,10 @@ HALF_DIFFERENCE_SOFTENING = 0.03            # the softening radius delta, at mos
 
 @dataclass(frozen=True)
 class HalfDifference:
-    """Half and difference coordinates as a `coordinates.Coordinates`.
+    """Half and difference coordinates as a `coordinates.Coordinates`."""
 
-    Attributes
-    ----------
-    softening : float
-        The softening radius delta, above 0.
-    stretch : float
-        The stretch k of the half vector, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
-    """
-
-    softening: float = HALF_DIFFERENCE_SOFTENING
-    stretch: float = stretch.NO_STRETCH
+    softening: float = HALF_DIFFERENCE_SOFTENING    # the softening radius delta, above 0
+    stretch: float = stretch.NO_STRETCH  # k of the half vector: `LEAST_STRETCH` to `LARGEST_STRETCH`, or 0 for none
     name: ClassVar[str] = "half_difference"
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 
@@ -54,14 +46,6 @@ class HalfDifference:
         """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1].
 
         The first and the third are at least 1/2.
-
-        Examples
-        --------
-        A mirror pair has H = 0, at any angle of incidence; here with hardly any softening:
-
-        >>> mu = 2 * HalfDifference(1e-3).encode([0.3, 1.2], 0, [0.3, 1.2], np.pi) - 1
-        >>> bool(np.allclose(mu[:, 0], project([0.3, 1.2]))), bool(np.allclose(mu[:, 1:], 0))
-        (True, True)
         """
         q_i, q_o = (project(theta) * np.exp(1j * np.asarray(phi, dtype=float))
                     for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))

@@ -36,26 +36,14 @@ LEAST_SOFTENING = 1e-3      # below, single precision shows near retro-reflectio
 
 
 class Pair(NamedTuple):
-    """What the half and the difference angles of pairs of directions i and o are found from: (...) arrays.
+    """What the half and the difference angles of pairs of directions i and o are found from: (...) arrays."""
 
-    Attributes
-    ----------
-    cos_i, cos_o : FloatArray
-        Their heights.
-    along2, sum2 : FloatArray
-        Squared lengths of i + o along the surface, and in all.
-    sin2_d : FloatArray
-        Of the difference angle.
-    outer : FloatArray
-        The height of i x o.
-    """
-
-    cos_i: FloatArray
+    cos_i: FloatArray       # their heights
     cos_o: FloatArray
-    along2: FloatArray
+    along2: FloatArray      # squared lengths of i + o along the surface, and in all
     sum2: FloatArray
-    sin2_d: FloatArray
-    outer: FloatArray
+    sin2_d: FloatArray      # of the difference angle
+    outer: FloatArray       # the height of i x o
 
     @classmethod
     def from_angles(cls, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> "Pair":
@@ -70,16 +58,11 @@ class Pair(NamedTuple):
 
 
 def half_to_directions(theta_h: ArrayLike, up: FloatArray, aside: FloatArray, cos_d: FloatArray) -> Directions:
-    """The directions that have a half vector at the azimuth 0 and a difference vector: (...) each, radians.
+    """The directions that have a half vector at the azimuth 0 and a difference vector: (...) each, radians, polar
+    angles up to pi.
 
-    Polar angles are up to pi.
-
-    Parameters
-    ----------
-    theta_h : (...) array_like
-        Angle of the half vector from the normal, radians.
-    up, aside, cos_d : (...) float64
-        sin theta_d cos phi_d, toward the normal; sin theta_d sin phi_d, along the surface; cos theta_d.
+    Of the half vector the angle from the normal is given, radians; of the difference vector sin theta_d cos phi_d,
+    toward the normal, sin theta_d sin phi_d, along the surface, and cos theta_d.
     """
     sin_h, cos_h = np.sin(theta_h), np.cos(theta_h)
     angles: list[FloatArray] = []
@@ -98,18 +81,10 @@ def clamp_to_horizon(directions: Directions) -> Directions:
 
 @dataclass(frozen=True)
 class Rusinkiewicz:
-    """These coordinates as a `coordinates.Coordinates`.
+    """These coordinates as a `coordinates.Coordinates`."""
 
-    Attributes
-    ----------
-    softening : float
-        The softening radius delta, at least `LEAST_SOFTENING`.
-    stretch : float
-        The stretch k of the half vector, from `stretch.LEAST_STRETCH` to `stretch.LARGEST_STRETCH`; 0 for none.
-    """
-
-    softening: float = RUSINKIEWICZ_SOFTENING
-    stretch: float = stretch.NO_STRETCH
+    softening: float = RUSINKIEWICZ_SOFTENING       # the softening radius delta, at least `LEAST_SOFTENING`
+    stretch: float = stretch.NO_STRETCH             # k of the half vector: as of `HalfDifference`
     name: ClassVar[str] = "rusinkiewicz"
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 

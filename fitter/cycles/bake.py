@@ -12,6 +12,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from ..coordinates.half_angle import HalfAngle
@@ -46,20 +47,14 @@ MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,0
 
 
 def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = None) -> str:
-    """OSL source that evaluates and renders `fit`.
+    """OSL source that evaluates and renders a fit of one channel or three.
+
+    The template is the shader to complete, `osl/measured_brdf.osl` by default. Its `#include "baked_constants.h"` and,
+    inside the shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
+    The mixture is that of the fit for Cycles, if the caller has it already.
 
     Raises ValueError if the fit has another number of channels, is too large for the OSL compiler, or holds a number
     that is not finite in single precision.
-
-    Parameters
-    ----------
-    fit
-        With one channel, or three.
-    template
-        The shader to complete, `osl/measured_brdf.osl` by default. Its `#include "baked_constants.h"` and, inside the
-        shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
-    mixture
-        That of the fit for Cycles, if the caller has it already.
     """
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
@@ -112,7 +107,7 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     constants = {"STORED": stored, "DIFFUSE_CELLS": dense.cells(fit.diffuse_level)}
     constants |= {f"CHANNEL_{i}": fit.columns[i % len(fit.columns)] for i in range(3)}
     tables: dict[str, NDArray[Any]] = {"DIFFUSE": fit.diffuse.control_points}
-    specular = fit.specular if fit.specular is not None and len(fit.specular) else None
+    specular = fit.specular if fit.specular is not None and fit.specular.count else None
     constants["SPARSE"] = int(specular is not None)
     if specular is not None:
         index = specular.index
@@ -171,10 +166,10 @@ def _transform(transform: LogRelative | None, columns: tuple[int, ...]) -> dict[
         return {"LOG_RELATIVE": 0}
     prior = transform.prior
 
-    def value(stored: NDArray[np.float64]) -> str:
+    def value(stored: FloatArray) -> str:
         return _value(stored[list(columns)] if len(stored) > 1 else stored)
 
-    def lobe(kind: microfacet.Kind, ks: NDArray[np.float64], alpha: float, gamma: float, f0: float,
+    def lobe(kind: microfacet.Kind, ks: FloatArray, alpha: float, gamma: float, f0: float,
              across: float | None = None, turn: float = 0.0) -> str:
         # a lobe of two widths, or a fibre, has its rotation first
         if across is not None and (kind == "fibre" or across != alpha):
@@ -213,7 +208,7 @@ def _edit(fit: Fit) -> dict[str, Any]:
             "COAT_ALPHA_2": f"{edit.coat_width ** 2:.9g}"}
 
 
-def _value(numbers: NDArray[np.float64]) -> str:
+def _value(numbers: FloatArray) -> str:
     """A constant of one number, or of one for each channel."""
     text = ", ".join(f"{number:.9g}" for number in numbers)
     return f"color({text})" if len(numbers) > 1 else f"({text})"
@@ -242,7 +237,7 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
     return constants, {"MIXTURE": table}
 
 
-def _flat_ramp() -> NDArray[np.float64]:
+def _flat_ramp() -> FloatArray:
     """The ramp over c = cos^e of an angle that makes c ramp(c) flat from c = 1 down to the first knot: (KNOTS,).
 
     It is piecewise linear, with knots at j / 7, and its mean between two knots, weighted by solid angle, is 1: from the

@@ -9,8 +9,8 @@ the horizon, where nothing is reflected.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..shader_constants import GRAZING
 
 OUTGOING_COUNT = 32                  # as many stops as a colour ramp has
@@ -19,30 +19,18 @@ _GRAZING_LIMIT = np.radians(86)  # mirror direction about which the rings lie
 
 
 class IncidentDirections(NamedTuple):
-    """Points of the grid, rings first.
+    """Points of the grid, rings first."""
 
-    Attributes
-    ----------
-    theta, phi : (n,)
-        Radians; theta is at most pi / 2.
-    unit : (n, 3)
-        The same as unit vectors. Below the horizon they are put onto it.
-    solid_angle : (n,)
-        Of each point, on both sides of the plane of incidence together; 0 below the horizon.
-    """
-
-    theta: NDArray[np.float64]
-    phi: NDArray[np.float64]
-    unit: NDArray[np.float64]
-    solid_angle: NDArray[np.float64]
+    theta: FloatArray          # (n,), radians, at most pi / 2
+    phi: FloatArray            # (n,), radians
+    unit: FloatArray           # (n, 3): the same as unit vectors; below the horizon they are put onto it
+    solid_angle: FloatArray    # (n,): on both sides of the plane of incidence together; 0 below the horizon
 
 
-def outgoing_angles(between: int = 0) -> NDArray[np.float64]:
-    """The tabulated outgoing angles, radians, more closely spaced toward the horizon: (VIEWS,).
-
-    With others between any two of them: (VIEWS + (VIEWS - 1) between,).
-    """
-    return GRAZING * (1 - np.linspace(1, 0, OUTGOING_COUNT + (OUTGOING_COUNT - 1) * between) ** 1.5)
+def outgoing_angles(count: int) -> FloatArray:
+    """So many outgoing angles to tabulate, radians, more closely spaced toward the horizon, and one between any two of
+    them: (2 count - 1,)."""
+    return GRAZING * (1 - np.linspace(1, 0, 2 * count - 1) ** 1.5)
 
 
 def grid(theta_o: float) -> IncidentDirections:

@@ -14,26 +14,16 @@ more. Points reach below the horizon, where nothing is reflected.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import unit_vectors
+from ..arrays import FloatArray, unit_vectors
 from .direction_grid import IncidentDirections
 
 _HALF_RINGS, _HALF_SECTORS = 32, 24  # points
 
 
-def grid(wo: NDArray[np.float64], stretch: float) -> IncidentDirections:
-    """The incident directions at which a fit is evaluated, in the principal axes.
-
-    Parameters
-    ----------
-    wo : (views, 3)
-        Viewing directions of one polar angle.
-    stretch
-        s.
-
-    The arrays have an axis of outgoing directions in front.
-    """
+def grid(wo: FloatArray, stretch: float) -> IncidentDirections:
+    """The incident directions at which a fit is evaluated, in the principal axes, for viewing directions of one polar
+    angle, (views, 3), and a stretch s. The arrays have an axis of viewing directions in front."""
     farthest = _largest_half_angle(float(wo[0, 2]), stretch)
     points, turns = _HALF_RINGS, _HALF_SECTORS
     edges = farthest * (np.arange(points + 1) / points) ** 2
@@ -56,8 +46,8 @@ def _largest_half_angle(cosine: float, stretch: float) -> float:
     return float(np.arctan2(stretch * np.sin(largest), np.cos(largest)))
 
 
-def _half_vectors(ring: NDArray[np.float64], turn: NDArray[np.float64],
-                  stretch: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _half_vectors(ring: FloatArray, turn: FloatArray,
+                  stretch: float) -> tuple[FloatArray, FloatArray]:
     """The half vectors of all pairs of an angle and an azimuth of g, rings first, (n, 3); and by what power of which
     their solid angle differs from that of g, |(g_x s, g_y / s, g_z)|, (n,)."""
     ring, turn = (each.ravel() for each in np.meshgrid(ring, turn, indexing="ij"))

@@ -28,22 +28,12 @@ _NO_LENGTH = 1e-9
 
 
 class Pairs(NamedTuple):
-    """Pairs of a viewing and many incident directions, unit vectors where z is the normal.
+    """Pairs of a viewing and many incident directions, unit vectors where z is the normal."""
 
-    Attributes
-    ----------
-    wo : (..., 3)
-    wi : (..., n, 3)
-    half : (..., n, 3)
-        Their half vectors.
-    tangent : (..., 3)
-        Of the lobes; it need not be perpendicular to their normals.
-    """
-
-    wo: RealArray
-    wi: RealArray
-    half: RealArray
-    tangent: RealArray
+    wo: RealArray           # (..., 3)
+    wi: RealArray           # (..., n, 3)
+    half: RealArray         # their half vectors, (..., n, 3)
+    tangent: RealArray      # of the lobes, (..., 3); it need not be perpendicular to their normals
 
     @classmethod
     def make(cls, wo: RealArray, wi: RealArray, tangent: RealArray) -> "Pairs":
@@ -88,17 +78,11 @@ def _unit(vectors: RealArray) -> RealArray:
 
 
 class Shape(NamedTuple):
-    """The shape of a lobe for each viewing direction; arrays that broadcast to (...).
+    """The shape of a lobe for each viewing direction, as the nodes have it; arrays that broadcast to (...)."""
 
-    Attributes
-    ----------
-    roughness, tilt, anisotropy : arrays
-        As the nodes have them, the roughness from 0 to 1 and the anisotropy from -1 to 1.
-    """
-
-    roughness: RealArray
-    normal_offset: RealArray
-    anisotropy: RealArray
+    roughness: RealArray        # 0 to 1
+    normal_offset: RealArray    # the tilt
+    anisotropy: RealArray       # -1 to 1
 
 
 def evaluate(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:

@@ -15,13 +15,14 @@ penalised.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray, RealArray
 from ..least_squares import nonnegative_least_squares
+from ..model import Reflectance, is_isotropic
 from ..optics.subsurface import Walk
 from ..shader_constants import LEAST_FOLLOWED
 from . import node_lobes
@@ -29,9 +30,6 @@ from .node_lobes import FACETS, Kind, Pairs, Shape
 from .outgoing_directions import OutgoingDirections, tabulate_outgoing
 from .principal import principal
 from .selection import selection_probabilities
-
-if TYPE_CHECKING:
-    from ..model.fit import Fit
 
 _FACET_WIDTHS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.38, 0.47, 0.57, 0.68, 0.8, 0.95)   # candidates for microfacet lobes
 _TILTS = (-0.3, -0.12, 0.0, 0.15, 0.4, 1.0)
@@ -74,26 +72,13 @@ _Lobe = tuple[Kind, float, float, float]       # kind, roughness, tilt and aniso
 
 
 class Engine(NamedTuple):
-    """Which closures of a renderer approximate a fit.
+    """Which closures of a renderer approximate a fit."""
 
-    Attributes
-    ----------
-    lobes : int
-        At most, beside the first diffuse one.
-    kinds : tuple of Kind
-    tilts : (float, float)
-        Bounds of the tilt.
-    anisotropic : bool
-        Whether it renders microfacet lobes of two widths, and their colours follow the viewer's azimuth.
-    sampled : bool
-        Whether a shader samples directions by them.
-    """
-
-    lobes: int
+    lobes: int              # at most, beside the first diffuse one
     kinds: tuple[Kind, ...]
-    normal_offsets: tuple[float, float]
-    anisotropic: bool
-    sampled: bool
+    normal_offsets: tuple[float, float]  # bounds of the tilt
+    anisotropic: bool       # whether it renders facets of two widths, and colours that follow the viewer's azimuth
+    sampled: bool           # whether a shader samples directions by them
 
 
 CYCLES = Engine(6, ("diffuse", "GGX", "Beckmann", "sheen"), (-_MOST_TILTED, _MOST_TILTED), True, True)
@@ -104,62 +89,34 @@ EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False, False)
 class Sampling(NamedTuple):
     """What the shader shows of a mixture where it is exact, and how it samples directions for what that leaves.
 
-    Attributes
-    ----------
-    below : (stops, lobes, phases, channels)
-        Colours of the lobes with which they hardly exceed the fit anywhere, so that what is left only adds.
-    shares : (stops, lobes + 1)
-        Of the directions, that follow the density of each lobe (`node_lobes.pdf`) and, the last, none.
-    probability : (stops,)
-        With which a sample of a shading point has a direction.
-    albedo, left : (stops, channels)
-        The mean albedo over the azimuths: of the fit, and of what the lobes leave of it.
-    balance : (stops, channels)
-        What is left is multiplied by this where what is above the fit is not taken away: the albedo is then the fit's.
+    With their lower colours lobes hardly exceed the fit anywhere, so that what is left only adds. It is multiplied by
+    the balance where what is above the fit is not taken away: the albedo is then the fit's.
     """
 
-    lower_colours: FloatArray
-    selection_probabilities: FloatArray
-    probability: FloatArray
-    albedo: FloatArray
-    residual: FloatArray
-    balance: FloatArray
+    lower_colours: FloatArray               # (stops, lobes, phases, channels)
+    selection_probabilities: FloatArray     # (stops, lobes + 1): of the pdf of each lobe and, the last, of none
+    probability: FloatArray                 # (stops,): with which a sample of a shading point has a direction
+    albedo: FloatArray                      # (stops, channels): of the fit, in the mean over the azimuths,
+    residual: FloatArray                    # and of what the lobes leave of it
+    balance: FloatArray                     # (stops, channels)
 
 
 class NodeMixture(NamedTuple):
     """A sum of closure nodes.
 
-    Attributes
-    ----------
-    kinds : tuple of Kind
-        Of the lobes; the first is a diffuse one about the surface's normal.
-    theta : (stops,)
-        Polar angles of the viewer, radians, from 0.
-    shape : node_lobes.Shape
-        Arrays (stops, lobes).
-    colour : (stops, lobes, phases, channels)
-        Of the closures; `phases` are 1, or 2 where they change with the azimuth of the viewer.
-    turn : float, or None
-        The azimuth of the first principal axis, radians; None where the fit is isotropic.
-    sampling : Sampling, or None
-        None of EEVEE.
-    error, worst : float
-        The share of the reflected light that goes in wrong directions, in the mean over the polar angles and at the
-        worst of them up to 80 degrees.
-    albedo_error : float
-        The largest difference of the reflected albedo at these angles, between the tabulated ones too, in the mean of
-        the channels of the albedo.
+    The first lobe is a diffuse one about the surface's normal. There are two phases where colours change with the
+    azimuth of the viewer, else one.
     """
 
     kinds: tuple[Kind, ...]
-    theta: FloatArray
-    shape: Shape
-    colour: FloatArray
-    turn: float | None
-    sampling: Sampling | None
-    error: float
-    worst: float
-    albedo_error: float
+    theta: FloatArray               # polar angles of the viewer, (stops,) radians, from 0
+    shape: Shape                    # arrays (stops, lobes)
+    colour: FloatArray              # of the closures, (stops, lobes, phases, channels)
+    turn: float | None              # the azimuth of the first principal axis, radians; None where the fit is isotropic
+    sampling: Sampling | None       # None of EEVEE
+    error: float                    # share of the reflected light in wrong directions, in the mean over polar angles,
+    worst: float                    # and at the worst of them up to 80 degrees
+    albedo_error: float             # largest difference at these angles, and between them, in the mean of the channels
 
 
 class Nodes(NamedTuple):
@@ -170,27 +127,27 @@ class Nodes(NamedTuple):
     walk: Walk | None = None
 
 
-def node_mixtures(fit: "Fit") -> Nodes:
-    """The closure nodes of a fit, of which only `evaluate` is used, whether it is isotropic, and what is below it."""
+def node_mixtures(fit: Reflectance) -> Nodes:
+    """The closure nodes of a fit for each renderer."""
     cycles, eevee = _mixtures(fit, CYCLES, EEVEE)
     return Nodes(cycles, eevee, subsurface_walk(fit))
 
 
-def subsurface_walk(fit: "Fit") -> Walk | None:
+def subsurface_walk(fit: Reflectance) -> Walk | None:
     """The random walk below a fit, None where no light enters it."""
     below = getattr(fit, "edited_subsurface", None)
     return None if below is None else below.walk
 
 
-def cycles_mixture(fit: "Fit") -> NodeMixture:
+def cycles_mixture(fit: Reflectance) -> NodeMixture:
     """That of Cycles alone, which the shader samples."""
     return _mixtures(fit, CYCLES)[0]
 
 
-def _mixtures(fit: "Fit", *engines: Engine) -> list[NodeMixture]:
+def _mixtures(fit: Reflectance, *engines: Engine) -> list[NodeMixture]:
     fit = getattr(fit, "surface", fit)
     turn, stretch = None, 1.0
-    if not getattr(fit, "isotropic", True):
+    if not is_isotropic(fit):
         axes = principal(fit)
         turn, stretch = axes.turn, axes.stretch
     views = tabulate_outgoing(fit, turn, stretch)
@@ -198,19 +155,8 @@ def _mixtures(fit: "Fit", *engines: Engine) -> list[NodeMixture]:
 
 
 def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray:
-    """Reflected radiance of the closures, 0 below the horizon.
-
-    Parameters
-    ----------
-    wo : (3,)
-        The viewing direction, a unit vector; azimuths are from the tangent.
-    wi : (n, 3)
-        Incident directions.
-
-    Returns
-    -------
-    (n, channels)
-    """
+    """Reflected radiance of the closures, (n, channels), 0 below the horizon: for a viewing direction, (3,), and
+    incident ones, (n, 3), unit vectors whose azimuths are from the tangent."""
     theta, phi = np.arccos(np.clip(wo[2], -1, 1)), np.arctan2(wo[1], wo[0])
     turn = phi if mixture.turn is None else mixture.turn
     back = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])

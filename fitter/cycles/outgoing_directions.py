@@ -2,18 +2,14 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import FloatArray, RealArray, unit_vectors
-from ..shader_constants import GRAZING
+from ..model import Reflectance
 from . import direction_grid, half_vector_grid
-from .direction_grid import IncidentDirections
+from .direction_grid import OUTGOING_COUNT, IncidentDirections
 from .node_lobes import Pairs
-
-if TYPE_CHECKING:
-    from ..model.fit import Fit
 
 _VIEW_POLAR, _VIEW_AZIMUTHS = 13, 9  # tabulated viewing directions of an anisotropic fit, over a turn; an odd number of
                                 # azimuths differ where half a turn changes nothing, too
@@ -26,30 +22,16 @@ _DARK_VALUE = 1e-12
 class OutgoingDirections:
     """What is seen from polar angles of the viewer, each with azimuths: one of an isotropic fit.
 
-    Attributes
-    ----------
-    theta : (views,)
-        Radians.
-    phases : (azimuths, 1 or 2)
-        By what colours of a lobe are multiplied: 1, or the squared cosine and sine of the azimuth from the first
-        principal axis.
-    pairs : Pairs
-        Arrays (views, azimuths, ...), in the frame where an isotropic fit is seen from azimuth 0 or, for an
-        anisotropic one, in the principal axes. Like all arrays of directions, in single precision.
-    solid_angle : (views, azimuths, n)
-        Of each incident direction; 0 below the horizon.
-    target : (views, channels, azimuths, n)
-        f cos theta_i.
-    importance : (views, channels, azimuths, n)
-        By what errors are multiplied, as they are seen: more where little is reflected, and in a dark channel.
+    An isotropic fit is seen from azimuth 0; directions of an anisotropic one are in the principal axes. All arrays of
+    directions are in single precision.
     """
 
-    theta: FloatArray
-    azimuthal_basis: FloatArray
-    pairs: Pairs
-    solid_angle: RealArray
-    target: RealArray
-    importance: RealArray
+    theta: FloatArray               # (views,), radians
+    azimuthal_basis: FloatArray     # (azimuths, 1 or 2): colours of a lobe times 1, or cos^2 and sin^2 of the azimuth
+    pairs: Pairs                    # arrays (views, azimuths, ...)
+    solid_angle: RealArray          # of each incident direction, (views, azimuths, n); 0 below the horizon
+    target: RealArray               # f cos theta_i, (views, channels, azimuths, n)
+    importance: RealArray  # by what errors are multiplied, as they are seen: more in dark directions and channels
 
     @cached_property
     def albedo(self) -> FloatArray:
@@ -100,25 +82,19 @@ class OutgoingDirections:
         return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.brightness)
 
 
-def tabulate_outgoing(fit: "Fit", turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
-    """The outgoing directions of a fit, and its values there; only its `evaluate` is used.
+def tabulate_outgoing(fit: Reflectance, turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
+    """The outgoing directions of a fit, and its values there.
 
-    Parameters
-    ----------
-    turn
-        The azimuth of the first principal axis, radians; None for an isotropic fit.
-    stretch
-        Of `half_vector_grid`.
-
-    One direction lies between any two that nodes tabulate: every other one is tabulated.
+    `turn` is the azimuth of the first principal axis, radians, None for an isotropic fit; the stretch is that of
+    `half_vector_grid`. One direction lies between any two that nodes tabulate: every other one is tabulated.
     """
     if turn is None:
-        theta = direction_grid.outgoing_angles(between=1)
+        theta = direction_grid.outgoing_angles(OUTGOING_COUNT)
         grids = [direction_grid.grid(angle) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays)[:, None] for arrays in zip(*grids, strict=True)))
         phi_o, phases = np.zeros((1,)), np.ones((1, 1))
     else:
-        theta = GRAZING * (1 - np.linspace(1, 0, 2 * _VIEW_POLAR - 1) ** 1.5)
+        theta = direction_grid.outgoing_angles(_VIEW_POLAR)
         phi_o = np.arange(_VIEW_AZIMUTHS) * 2 * np.pi / _VIEW_AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
         grids = [half_vector_grid.grid(unit_vectors(angle, phi_o), stretch) for angle in theta]

@@ -1,12 +1,11 @@
 """The principal axes of an anisotropic reflectance, and its stretch."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from ..model.fit import Fit
+from ..arrays import ComplexArray, FloatArray
+from ..model import Reflectance
 
 _HIGHLIGHT_RINGS, _HIGHLIGHT_SECTORS = 40, 64  # half vectors that are looked at, seen from the normal
 _WIDEST_ANGLE = np.radians(44)  # their largest angle from it
@@ -17,22 +16,14 @@ _STRETCHES = (1.0, 1.6)         # its bounds: more makes cells beside streaks, a
 
 
 class Principal(NamedTuple):
-    """The axes of an anisotropic surface.
+    """The axes of an anisotropic surface."""
 
-    Attributes
-    ----------
-    turn : float
-        Azimuth of the first, radians: that along which highlights are longest.
-    stretch : float
-        By which slopes along it are divided, and across it multiplied, so that highlights become round.
-    """
-
-    turn: float
-    stretch: float
+    turn: float         # azimuth of the first, radians: that along which highlights are longest
+    stretch: float      # by which slopes along it are divided, and across it multiplied, to make highlights round
 
 
-def principal(fit: "Fit") -> Principal:
-    """The principal axes of a fit, of which only `evaluate` is used.
+def principal(fit: Reflectance) -> Principal:
+    """The principal axes of a reflectance.
 
     They are those of the highlight seen from the normal: of the half vectors where the reflected radiance is above a
     quarter of its largest value. Where that region is as long along both axes, as on a cloth of two threads, the axes
@@ -53,7 +44,7 @@ def principal(fit: "Fit") -> Principal:
     return Principal(_thread_azimuth(radiance, size, slope), 1.0)
 
 
-def _thread_azimuth(radiance: NDArray[np.float64], size: NDArray[np.float64], slope: NDArray[np.complex128]) -> float:
+def _thread_azimuth(radiance: FloatArray, size: FloatArray, slope: ComplexArray) -> float:
     """The azimuth that the edges of highlights cross most often, up to right angles, radians; 0 if there is none.
 
     From radiance over (rings, sectors) of half vectors, whose slopes are (rings, sectors) and solid angles (rings,).

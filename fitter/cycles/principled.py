@@ -47,58 +47,27 @@ _COAT = ("coat_weight", "coat_roughness")
 
 
 class _DirectionPairs(NamedTuple):
-    """Directions that are spread over both hemispheres, with more of them around the mirror direction.
+    """Directions that are spread over both hemispheres, with more of them around the mirror direction."""
 
-    Attributes
-    ----------
-    theta_i, phi, theta_o : (n,) float64
-        phi is the azimuth between the directions.
-    theta_h : (n,) float64
-        The half angle.
-    weight : (n,) float64
-        Of squared errors; the sum is 1.
-    share : (views, n) float64
-        The product of row v with the reflectance is the albedo for light from everywhere that viewing angle v sees.
-    """
-
-    theta_i: FloatArray
-    phi: FloatArray
-    theta_o: FloatArray
-    theta_h: FloatArray
-    weight: FloatArray
-    share: FloatArray
+    theta_i: FloatArray     # (n,)
+    phi: FloatArray         # the azimuth between the directions, (n,)
+    theta_o: FloatArray     # (n,)
+    theta_h: FloatArray     # the half angle, (n,)
+    weight: FloatArray      # of squared errors, (n,), of sum 1
+    share: FloatArray       # (views, n): row v times the reflectance is the albedo for light from all that view v sees
 
 
 class _Target(NamedTuple):
-    """What is fitted.
-
-    Attributes
-    ----------
-    angles : Angles
-    cosine : (n, 1) float64
-        Of the angle of the light.
-    share : (views, n) float64
-        As in `_DirectionPairs`.
-    root_weight : (n + views, 1) float64
-        Of errors of reflected radiance and of albedo.
-    albedo : (3,) float64
-        Its mean over the viewing angles.
-    mean : float
-        Mean reflected radiance.
-    metallic : bool
-        Whether it looks like a metal.
-    seen : (n + views, 3) float64
-        Reflected radiance and albedo, as `_perceptual_values` makes them.
-    """
+    """What is fitted."""
 
     angles: Angles
-    cosine: FloatArray
-    share: FloatArray
-    root_weight: FloatArray
-    albedo: FloatArray
-    mean: float
-    metallic: bool
-    perceptual: FloatArray
+    cosine: FloatArray          # of the angle of the light, (n, 1)
+    share: FloatArray           # as in `_DirectionPairs`
+    root_weight: FloatArray     # of errors of reflected radiance and of albedo, (n + views, 1)
+    albedo: FloatArray          # its mean over the viewing angles, (3,)
+    mean: float                 # mean reflected radiance
+    metallic: bool              # whether it looks like a metal
+    perceptual: FloatArray      # both, as `_perceptual_values` makes them, (n + views, 3)
 
 
 def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
@@ -106,12 +75,6 @@ def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
 
     1 / pi times the integral of f cos(theta_i) cos(theta_o) over both hemispheres, by the midpoint rule in sin^2 theta
     and azimuth; negative values count as 0. Linear, in the colour space of the fit.
-
-    Examples
-    --------
-    >>> from ..methods import prior
-    >>> albedo(prior.lambertian(np.array([[0.8 / np.pi]])), 4).round(9).tolist()
-    [0.8, 0.8, 0.8]
     """
     sin2 = (np.arange(steps) + 0.5) / steps
     theta, azimuth = np.arcsin(np.sqrt(sin2)), (np.arange(steps) + 0.5) / steps * np.pi

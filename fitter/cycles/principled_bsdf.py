@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, FloatArray, broadcast_directions
 from ..model import microfacet
+from ..optics.fresnel import fresnel, reflectance_to_index
 
 DIELECTRIC = 0.04           # reflectance at normal incidence of the index of refraction 1.5: a specular level of 0.5
 _COAT_IOR = 1.5
@@ -69,19 +70,7 @@ class Angles(NamedTuple):
 
 @dataclass(frozen=True)
 class Principled:
-    """Inputs of a Principled BSDF.
-
-    Attributes
-    ----------
-    base_color : (3,) float64
-        Linear, in the colour space of what it was fitted to, as all colours here.
-    roughness, metallic : float
-    specular_level : float
-        0.5 for a reflectance of 4 % at normal incidence.
-    sheen_tint : (3,) float64
-        Scaled by the weight, which is 1, or 0 without sheen: exporters to glTF write the tint alone.
-    sheen_roughness : float
-    coat_weight, coat_roughness : float
+    """Inputs of a Principled BSDF; colours are linear, in the colour space of what it was fitted to.
 
     Examples
     --------
@@ -95,7 +84,8 @@ class Principled:
     base_color: FloatArray
     roughness: float
     metallic: float
-    specular_level: float
+    specular_level: float       # 0.5 for a reflectance of 4 % at normal incidence
+    # times the weight, which is 1, or 0 without sheen: exporters to glTF write the tint alone
     sheen_tint: FloatArray = field(default_factory=lambda: np.zeros(3))
     sheen_roughness: float = 0.5
     coat_weight: float = 0.0
@@ -111,10 +101,8 @@ class Principled:
 
         Like Cycles' it is not reciprocal: layers are weighted by what they reflect to the viewer, direction o.
         """
-        shape = np.broadcast_shapes(*(np.shape(angle) for angle in (theta_i, phi_i, theta_o, phi_o)))
-        flat = (np.broadcast_to(np.asarray(angle, dtype=float), shape).ravel()
-                for angle in (theta_i, phi_i, theta_o, phi_o))
-        return self.evaluate_angles(angles(*flat)).reshape(*shape, 3)
+        directions = broadcast_directions(theta_i, phi_i, theta_o, phi_o)
+        return self.evaluate_angles(angles(*(each.ravel() for each in directions))).reshape(*directions[0].shape, 3)
 
     def evaluate_angles(self, at: Angles) -> FloatArray:
         """The BRDF, 1/sr: (n, 3) float64."""
@@ -168,10 +156,7 @@ def _fresnel(cosine: FloatArray, f0: float) -> FloatArray:
     """Fresnel's reflectance of a dielectric that has f0 at normal incidence."""
     if f0 <= 0:
         return np.zeros_like(cosine)
-    ior = (1 + np.sqrt(f0)) / (1 - np.sqrt(f0))
-    g = np.sqrt(ior ** 2 - 1 + cosine ** 2)
-    return np.asarray(0.5 * ((g - cosine) / (g + cosine)) ** 2
-                      * (1 + ((cosine * (g + cosine) - 1) / (cosine * (g - cosine) + 1)) ** 2))
+    return fresnel(float(reflectance_to_index(np.array(f0))), cosine)
 
 
 def _multiple_scattering_gain(roughness: float, cos_o: FloatArray, fresnel: FloatArray) -> FloatArray:

@@ -4,31 +4,19 @@ All arrays may have more axes in front, of views that are solved at once.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import RealArray
+from ..arrays import FloatArray, RealArray
 
 _SELECTION_ITERATIONS = 30      # of the shares, which then change by less than a percent
 _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
-def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> NDArray[np.float64]:
-    """Selection probabilities of densities, of the least second moment, by fixed-point iteration.
+def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> FloatArray:
+    """Selection probabilities of densities, (..., densities), of the least second moment, by fixed-point iteration.
 
-    It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, by a
-    fixed-point iteration that keeps the shares positive.
-
-    Parameters
-    ----------
-    magnitude : (..., n)
-        |R|, at points of the hemisphere.
-    density : (..., densities, n)
-        p_k, per solid angle.
-    solid_angle : (..., n)
-
-    Returns
-    -------
-    (..., densities), of sum 1
+    It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, and keeps
+    the shares positive: of |R|, (..., n), at points of the hemisphere, p_k, (..., densities, n), per solid angle, and
+    solid angles, (..., n).
     """
     squared = magnitude ** 2 * solid_angle
     found = np.full(density.shape[:-1], 1 / density.shape[-2])

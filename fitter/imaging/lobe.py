@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, unit_vectors
 from ..model import Reflectance
 
 Radius = Literal["cube root", "linear"]
@@ -23,50 +23,21 @@ _EVEN_SHARE = 0.5               # share of the vertices that are spread evenly
 
 @dataclass(frozen=True, eq=False)
 class Lobe:
-    """A lobe as a mesh in the frame of the surface: x is the tangent, z the normal.
+    """A lobe as a mesh in the frame of the surface: x is the tangent, z the normal."""
 
-    Attributes
-    ----------
-    vertices : (n, 3) float64
-        Directions times radii. The first is that of the normal; the last row of them is on the horizon.
-    normals : (n, 3) float64
-        Of the mesh, outward, of length 1.
-    faces : (m, 3) int32
-        Triangles, counter-clockwise from outside.
-    values : (n, channels) float64
-        1/sr.
-    directions : (n, 3) float64
-        Unit vectors.
-    """
-
-    vertices: FloatArray
-    normals: FloatArray
-    faces: IntArray
-    values: FloatArray
-    directions: FloatArray
+    vertices: FloatArray        # (n, 3): directions times radii, first that of the normal, the last row on the horizon
+    normals: FloatArray         # (n, 3): of the mesh, outward, of length 1
+    faces: IntArray             # (m, 3): triangles, counter-clockwise from outside
+    values: FloatArray          # (n, channels), 1/sr
+    directions: FloatArray      # (n, 3): unit vectors
 
 
 def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: int = 64, columns: int = 128,
                  radius: Radius = "cube root") -> Lobe:
-    """The lobe for one direction of incidence.
+    """The lobe for one direction of incidence, radians.
 
-    Parameters
-    ----------
-    theta_i, phi_i : float
-        Radians.
-    rows, columns : int
-        Of the vertices; there are ``1 + rows * columns``. Columns are a multiple of 4.
-    radius : {"cube root", "linear"}
-        What a vertex's distance from the origin is of its value: the mean of the channels, not below 0.
-
-    Examples
-    --------
-    That of a Lambertian is a hemisphere:
-
-    >>> from ..methods import prior
-    >>> lobe = lobe_surface(prior.lambertian(np.array([[0.3]])), 0.5, radius="linear")
-    >>> float(np.linalg.norm(lobe.vertices, axis=1).round(6).min()), lobe.normals[0].round(6).tolist()
-    (0.3, [0.0, 0.0, 1.0])
+    It has ``1 + rows * columns`` vertices; columns are a multiple of 4. The radius says what a vertex's distance from
+    the origin is of its value: the mean of the channels, not below 0.
     """
     theta = _positions_denser_near(theta_i, np.pi / 2, rows)
     # a step in azimuth is short near the normal
@@ -77,26 +48,14 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
     rest_theta, rest_phi = (axis.ravel() for axis in np.meshgrid(theta[1:], phi, indexing="ij"))
     theta_o, phi_o = np.append(0.0, rest_theta), np.append(phi_i, rest_phi)
     values = model.evaluate(np.full(len(theta_o), theta_i), np.full(len(theta_o), phi_i), theta_o, phi_o)
-    directions = np.stack([np.sin(theta_o) * np.cos(phi_o), np.sin(theta_o) * np.sin(phi_o), np.cos(theta_o)], axis=-1)
+    directions = unit_vectors(theta_o, phi_o)
     vertices = RADII[radius](np.maximum(values.mean(axis=1), 0))[:, None] * directions
     return Lobe(vertices, _normals(vertices, directions, rows, columns), _faces(rows, columns), values, directions)
 
 
 def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """The values in the plane of incidence.
-
-    Parameters
-    ----------
-    theta_i, phi_i : float
-        Radians.
-
-    Returns
-    -------
-    theta_o : (k,) float64
-        From -pi/2, grazing on the light's side, to pi/2, radians. The mirror direction is among them.
-    values : (k, channels) float64
-        1/sr.
-    """
+    """The values in the plane of incidence: outgoing angles from -pi/2, grazing on the light's side, to pi/2, radians,
+    (k,), the mirror direction among them; and (k, channels), 1/sr."""
     side = _positions_denser_near(theta_i, np.pi / 2, _ON_ONE_SIDE)
     theta = np.concatenate([-side[:0:-1], side])
     return theta, evaluate_in_plane(model, theta_i, phi_i, theta)

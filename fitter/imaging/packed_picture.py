@@ -15,13 +15,7 @@ SIZE = 128                  # pixels
 
 
 def pack(picture: SingleArray) -> str:
-    """A picture of a lit sphere as text.
-
-    Parameters
-    ----------
-    picture : (SIZE, SIZE, 4) float32
-        As `pictures.lit_sphere` returns it.
-    """
+    """A picture of a lit sphere, (SIZE, SIZE, 4) float32 as `pictures.lit_sphere` returns it, as text."""
     levels = np.round(255 * np.clip(picture[..., :3], 0, 1)).astype(np.uint8)
     differences = np.diff(levels, axis=1, prepend=np.uint8(0))
     return base64.b85encode(zlib.compress(differences.transpose(2, 0, 1).tobytes(), 9)).decode()

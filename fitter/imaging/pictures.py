@@ -16,22 +16,10 @@ _HEM = 0.93                 # half the side of a cloth, over that of its picture
 
 def lit_sphere(fit: Reflectance, size: int = SIZE, colours: str = DEFAULT_COLOURS,
                with_tangent: bool = False) -> SingleArray:
-    """A sphere of the material in a studio (`studio`), in orthographic view on a transparent background.
+    """A sphere of the material in a studio (`studio`), in orthographic view on a transparent background: (size, size,
+    4) float32. The colours of the fit are one of `colours.COLOURS`.
 
-    The tangent of an anisotropic material goes around the vertical axis.
-
-    Parameters
-    ----------
-    size : int
-        Pixels.
-    colours : str
-        One of `colours.COLOURS`: that of the fit.
-    with_tangent : bool
-        Draw strokes along the tangent of an anisotropic material.
-
-    Returns
-    -------
-    (size, size, 4) float32
+    The tangent of an anisotropic material goes around the vertical axis; strokes along it are drawn if asked for.
     """
     normal, _, _ = sphere(size)
     radiance = np.broadcast_to(studio.on_sphere(fit, normal), (len(normal), 3))
@@ -57,10 +45,8 @@ def draw_sphere(colors: FloatArray, size: int) -> SingleArray:
 
 
 def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
-    """A cloth of the material that hangs in folds, in a studio (`studio`), in orthographic view.
-
-    Folds throw no shadows. Parameters and result are as of `lit_sphere`.
-    """
+    """A cloth of the material that hangs in folds, in a studio (`studio`), in orthographic view: (size, size, 4)
+    float32. Folds throw no shadows."""
     at = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = np.meshgrid(at, at)
     place = x + 0.22 * y * np.sin(2.2 * x + 0.8)            # across the folds, which lean and widen downward
@@ -92,12 +78,6 @@ def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray
     between them: `at` is 0 at the left edge, 1 at the right one.
 
     Raises ValueError if the pictures have different shapes.
-
-    Examples
-    --------
-    >>> black, white = np.zeros((1, 8, 4), np.float32), np.ones((1, 8, 4), np.float32)
-    >>> split(black, white, 0.5)[0, :, 0].round(1).tolist()
-    [0.0, 0.0, 0.0, 0.0, 0.9, 1.0, 1.0, 1.0]
     """
     if left.shape != right.shape:
         raise ValueError(f"pictures of {left.shape} and {right.shape}, expected the same shape")
@@ -120,16 +100,8 @@ def _strokes(size: int) -> list[FloatArray]:
 
 
 def sphere(size: int) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """What is seen of a sphere in orthographic view from (0, 0, 1).
-
-    Returns
-    -------
-    normal : (n, 3) float64
-        At the pixels inside.
-    inside : (size, size) bool
-    cover : (size, size) float64
-        How much of each pixel the sphere covers: 0 to 1.
-    """
+    """What is seen of a sphere in orthographic view from (0, 0, 1): its normals at the pixels inside, (n, 3); which
+    these are, (size, size) bool; and how much of each pixel the sphere covers, (size, size), 0 to 1."""
     at = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = (axis / 0.96 for axis in np.meshgrid(at, at))
     r2 = x ** 2 + y ** 2

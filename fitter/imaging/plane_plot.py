@@ -75,25 +75,14 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """What is seen in a plane of incidence. Fits are evaluated once, when that is asked for.
+    """What is seen in a plane of incidence. Fits are evaluated once, when that is asked for."""
 
-    Attributes
-    ----------
-    fits : sequence of Plotted
-        One, of which the channels are drawn, or two, of which the luminance; or none.
-    theta_i, phi_i : float
-        Of the light, radians; of isotropic materials the azimuth does not matter.
-    samples : (m,) and (m, channels) float64, or None
-        Of the first fit, near the plane, as `samples_near_plane` returns them.
-    radius : {"cube root", "linear"}
-        What radii are of values.
-    """
-
-    fits: Sequence[Plotted]
-    theta_i: float
+    fits: Sequence[Plotted]         # one, of which the channels are drawn, or two, of which the luminance; or none
+    theta_i: float                  # of the light, radians; of isotropic materials the azimuth does not matter
     phi_i: float = 0.0
+    # of the first fit, near the plane, as `samples_near_plane` has them
     samples: tuple[FloatArray, FloatArray] | None = None
-    radius: Radius = "cube root"
+    radius: Radius = "cube root"    # what radii are of values
 
     @cached_property
     def plane_curves(self) -> list[tuple[FloatArray, FloatArray]]:
@@ -213,19 +202,9 @@ def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
 
 def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float, size: int = SIZE,
                phi_i: float = 0.0) -> tuple[SingleArray, float]:
-    """Draw one fit or two in the plane of incidence, with the samples of the first near that plane, if there are any.
-
-    Parameters
-    ----------
-    theta_i, phi_i : float
-        Of the light, radians; of isotropic materials the azimuth does not matter.
-
-    Returns
-    -------
-    picture : (size, size, 4) float32
-    shown : float
-        Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
-    """
+    """Draw one fit or two in the plane of incidence, with the samples of the first near that plane, if there are any:
+    (size, size, 4) float32; and the angle of incidence of these samples, radians: the measured one nearest to theta_i;
+    nan without any."""
     near = None if samples is None else samples_near_plane(samples, theta_i, phi_i)
     canvas = Canvas(np.full((size, size, 4), BACKGROUND, dtype=np.float32))
     draw(canvas, picture_disc(size), Plane(fits, theta_i, phi_i, near and near[:2]))
@@ -296,13 +275,8 @@ def samples_near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> 
     """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
     material those whose light is near the azimuth phi_i.
 
-    Returns
-    -------
-    theta_o : (k,) float64
-        Negative on the light's side, radians.
-    values : (k, channels) float64
-    theta_i : float
-        Of the samples; nan without any.
+    Their outgoing angles, (k,), radians, negative on the light's side; their values, (k, channels); and their angle of
+    incidence, nan without any.
     """
     azimuth = np.abs((samples.phi_o - samples.phi_i + np.pi) % (2 * np.pi) - np.pi)
     # the direction's angle to the plane, not its azimuth, which near the normal says little

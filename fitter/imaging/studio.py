@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, unit_vectors
 from ..model import Reflectance, is_isotropic
 
 Sky = Callable[[FloatArray], FloatArray]        # radiance from unit vectors (..., 3): (...)
@@ -144,7 +144,7 @@ def _radiance_at_normals(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...
     h, size = _half_vectors(_FEW_HALF, _FEW_TURNS)
     view, found = np.array([0.0, 0.0, 1.0]), []
     for azimuth in np.arange(_FEW_SECTORS) * 2 * np.pi / _FEW_SECTORS:
-        normal = np.array([np.sin(theta_o) * np.cos(azimuth), np.sin(theta_o) * np.sin(azimuth), np.cos(theta_o)])
+        normal = unit_vectors(theta_o, azimuth)
         tangent = np.array([normal[2], 0, -normal[0]])          # the vertical axis x normal
         tangent /= max(np.linalg.norm(tangent), 1e-9)
         frame = np.stack([tangent, np.cross(normal, tangent), normal])
@@ -169,14 +169,9 @@ def _incident(h: FloatArray, size: FloatArray, view: FloatArray) -> tuple[FloatA
 @cache
 def _sky_spectrum(sky: Sky) -> FloatArray:
     """A sky's radiance in cells about the view, transformed over the azimuth."""
-    return np.asarray(np.fft.rfft(sky(_cells(_STUDIO_RINGS, _STUDIO_SECTORS)), axis=1))
-
-
-def _cells(rings: int, sectors: int) -> FloatArray:
-    """Directions of cells about the view: (rings, sectors, 3)."""
-    theta, phi = np.meshgrid((np.arange(rings) + 0.5) / rings * np.pi, np.arange(sectors) / sectors * 2 * np.pi,
-                             indexing="ij")
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    theta = (np.arange(_STUDIO_RINGS) + 0.5) / _STUDIO_RINGS * np.pi
+    phi = np.arange(_STUDIO_SECTORS) / _STUDIO_SECTORS * 2 * np.pi
+    return np.asarray(np.fft.rfft(sky(unit_vectors(theta[:, None], phi)), axis=1))
 
 
 @cache
@@ -188,7 +183,7 @@ def _half_vectors(count: int, turns: int) -> tuple[FloatArray, FloatArray]:
     edges = np.interp(np.linspace(0, way[-1], count * _CELL_PARTS + 1), way, place)
     theta, phi = np.meshgrid((edges[1:] + edges[:-1]) / 2,
                              (np.arange(turns * _CELL_PARTS) + 0.5) / (turns * _CELL_PARTS) * 2 * np.pi, indexing="ij")
-    h = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    h = unit_vectors(theta, phi)
     size = np.broadcast_to((-np.diff(np.cos(edges)) * 2 * np.pi / (turns * _CELL_PARTS))[:, None], theta.shape)
     return (_arrange_cells(h.reshape(count, _CELL_PARTS, turns, _CELL_PARTS, 3)).reshape(count * turns, -1, 3),
             _arrange_cells(size.reshape(count, _CELL_PARTS, turns, _CELL_PARTS)).reshape(count * turns, -1))

@@ -38,16 +38,10 @@ _FEW_POINTS = 1000          # points whose control points are read at once: the 
 
 @dataclass(frozen=True, eq=False)
 class DenseLattice:
-    """A lattice that stores all of its control points.
-
-    Attributes
-    ----------
-    level : int
-    control_points : shape(level, axes) + (channels,) float32
-    """
+    """A lattice that stores all of its control points."""
 
     level: int
-    control_points: SingleArray
+    control_points: SingleArray     # shape(level, axes) + (channels,)
 
     @property
     def axes(self) -> int:
@@ -117,17 +111,8 @@ _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) 
 def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
     """Find the control points that points read, and their weights. The coordinate 1 falls in the last cell.
 
-    Parameters
-    ----------
-    x : (n, axes) float64
-        Coordinates in [0, 1], also of mirror images.
-
-    Returns
-    -------
-    first : (n, axes) int
-        Array index of the first of the four control points along each axis; negative if that is not stored.
-    w : list of (n, 4) float64
-        The basis along each axis.
+    Coordinates (n, axes) in [0, 1], also of mirror images, to the array index of the first of the four control points
+    along each axis, (n, axes), negative if that is not stored, and the basis along each axis, (n, 4) each.
     """
     scaled, axes = x * cells(level), x.shape[1]
     cell = np.clip(np.floor(scaled), 0, cells(level) - 1)
@@ -151,16 +136,8 @@ def tensor(w: Sequence[FloatArray]) -> FloatArray:
 class Grid:
     """Where samples lie on a lattice: their control points, and the basis functions there.
 
-    Parameters
-    ----------
-    x : (n, axes) float64
-        Coordinates in the stored part of the cube.
-    level : int
-
-    Attributes
-    ----------
-    first : (n,) int
-        The first of each sample's control points, in the flattened box.
+    Their coordinates x, (n, axes), are in the stored part of the cube. `first`, (n,), is the first of each sample's
+    control points, in the flattened box.
     """
 
     def __init__(self, x: FloatArray, level: int) -> None:
@@ -187,25 +164,8 @@ def tap_offsets(step: IntArray) -> IntArray:
 
 
 def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray) -> FloatArray:
-    """The spline at points in the stored part of the cube (Kameya and Lewis 2002, equation 7).
-
-    Parameters
-    ----------
-    control_points : shape(level, axes) + (channels,) array
-    x : (n, axes) float64
-        Coordinates, as a `coordinates.Coordinates` encodes directions.
-
-    Returns
-    -------
-    (n, channels) float64
-
-    Examples
-    --------
-    The basis sums to 1: equal control points make a constant.
-
-    >>> evaluate(np.full((*shape(2), 1), 0.3), 2, np.array([[0.5, 0.1, 0.9], [1, 1, 1]])).round(9).tolist()
-    [[0.3], [0.3]]
-    """
+    """The spline at points in the stored part of the cube (Kameya and Lewis 2002, equation 7): control points,
+    shape(level, axes) + (channels,), and coordinates, (n, axes), to (n, channels) float64."""
     flat = np.ascontiguousarray(control_points.reshape(-1, control_points.shape[-1]).T, dtype=np.float64)
     result = np.empty((len(flat), len(x)))
     for start in range(0, len(x), _DENSE_POINTS):
@@ -238,16 +198,8 @@ def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
 
 
 def refine(control_points: FloatArray, level: int) -> FloatArray:
-    """Represent the same spline on the next finer lattice, exactly (Lee, Wolberg and Shin 1997, section 4.2).
-
-    Parameters
-    ----------
-    control_points : shape(level, axes) + (channels,) float64
-
-    Returns
-    -------
-    shape(level + 1, axes) + (channels,) float64
-    """
+    """Represent the same spline on the next finer lattice, exactly (Lee, Wolberg and Shin 1997, section 4.2):
+    shape(level, axes) + (channels,) to shape(level + 1, axes) + (channels,)."""
     axes = control_points.ndim - 1
     skipped = np.array(origin(level + 1, axes)) - (2 * np.array(origin(level, axes)) + 1)
     for axis, (skip, count) in enumerate(zip(skipped.tolist(), shape(level + 1, axes), strict=True)):
@@ -276,17 +228,8 @@ def nodes(level: int) -> FloatArray:
 
 
 def interpolate(values: FloatArray, level: int) -> FloatArray:
-    """The control points of the natural cubic spline through values at the nodes.
-
-    Parameters
-    ----------
-    values : (a, b, c, channels) float64
-        At `nodes(level)`; the symmetries give those at the mirror images.
-
-    Returns
-    -------
-    shape(level) + (channels,) float64
-    """
+    """The control points of the natural cubic spline through values at `nodes`, (a, b, c, channels): shape(level) +
+    (channels,). The symmetries give the values at the mirror images."""
     m = cells(level)
     first = (m + 1) // 2
     full = np.empty((m + 1, m + 1, m + 1, values.shape[-1]))

@@ -15,18 +15,8 @@ RIDGE = 1e-2                # relative to the mean diagonal of the normal equati
 
 
 def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, count: int) -> SparseLattice:
-    """Fit some thousands of weighted samples by a sparse lattice.
-
-    Parameters
-    ----------
-    x : (n, 3) float64
-        Coordinates in the stored quarter of the lattice.
-    z : (n, channels) float64
-    weights : (n,) float64
-        Errors are multiplied by these.
-    count
-        Control points to keep at most, mirror images included.
-    """
+    """Fit some thousands of weighted samples by a sparse lattice: coordinates (n, 3) in its stored quarter, values (n,
+    channels), and weights (n,) of their errors. At most `count` control points are kept, mirror images included."""
     # control points at mirror images are equal: they are kept, and fitted, as one unknown
     representative = dense.representative(level).ravel()
     magnitude = np.abs(mba.basis_approximation(x, z * weights[:, None], level)).max(axis=-1).ravel()
@@ -42,19 +32,8 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
 def largest(magnitude: FloatArray, representative: IntArray, count: int) -> tuple[IntArray, IntArray]:
     """The largest of a lattice's control points that are not 0, at most `count` with their mirror images.
 
-    Parameters
-    ----------
-    magnitude : (points,) float64
-        Of the control points, in the flattened box; mirror images need not have it.
-    representative : (points,) int
-        Of `dense.representative`.
-
-    Returns
-    -------
-    first : (unknowns,) int
-        Their representatives.
-    keys : (k,) int
-        All that these represent, in ascending order.
+    From the magnitude of all in the flattened box, (points,), which mirror images need not have, and
+    `dense.representative`: the representatives, (unknowns,), and all that these represent, in ascending order, (k,).
     """
     copies = np.bincount(representative, minlength=len(magnitude))
     order = np.argsort(-magnitude * (copies > 0), kind="stable")
@@ -77,10 +56,8 @@ def _least_squares(design: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def _design(x: FloatArray, weights: FloatArray, level: int, unknown: IntArray, count: int) -> FloatArray:
-    """The design matrix, (n, count): the weighted basis function of each unknown at the samples.
-
-    `unknown` holds each control point's unknown, or -1.
-    """
+    """The design matrix, (n, count): the weighted basis function of each unknown at the samples; `unknown` holds each
+    control point's, or -1."""
     grid, samples = dense.Grid(x, level), np.arange(len(x))
     tap, basis = unknown[grid.taps(samples[:, None])], grid.basis(samples)
     at = samples[:, None] * (count + 1) + np.where(tap < 0, count, tap)

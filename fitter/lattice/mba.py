@@ -17,19 +17,8 @@ _CONTROL_POINTS_READ = 1 << 21  # control points that are read at a time: they t
 
 
 def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
-    """The samples, and those of their mirror images that influence a stored control point.
-
-    Parameters
-    ----------
-    x : (n, axes) float64
-        Coordinates in the stored part of the cube.
-
-    Returns
-    -------
-    points : (m, axes) float64
-        The first n are the samples.
-    of : (m,) int
-        Index of the sample whose image a point is.
+    """The samples, (n, axes) in the stored part of the cube, and those of their mirror images that influence a stored
+    control point: points (m, axes), of which the first n are the samples, and of each the index of its sample, (m,).
 
     Examples
     --------
@@ -49,28 +38,11 @@ def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
 
 
 def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
-    """B-spline approximation (BA) of samples on one level (Lee, Wolberg and Shin 1997, section 3.1).
+    """B-spline approximation (BA) of samples on one level (Lee, Wolberg and Shin 1997, section 3.1): coordinates (n,
+    axes) in the stored part of the cube and values (n, channels) to dense.shape(level, axes) + (channels,).
 
     Each sample proposes a value for the 4^axes control points that it reads (equation 3); a control point takes the
     mean of its proposals with weights w^2 (equation 5), or 0 without any.
-
-    Parameters
-    ----------
-    x : (n, axes) float64
-        Coordinates in the stored part of the cube.
-    z : (n, channels) float64
-
-    Returns
-    -------
-    dense.shape(level, axes) + (channels,) float64
-
-    Examples
-    --------
-    A single sample is interpolated.
-
-    >>> x = np.array([[0.9, 0.3, 0.8]])
-    >>> dense.evaluate(basis_approximation(x, np.array([[0.3]]), 4), 4, x).round(9).tolist()
-    [[0.3]]
     """
     points, of = mirror_images(x, level)
     box = dense.shape(level, x.shape[1])
@@ -87,16 +59,8 @@ def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
 
 
 def _taps(points: FloatArray, level: int) -> tuple[IntArray, FloatArray, FloatArray]:
-    """The t = 4^axes control points of each of m points, and their weights.
-
-    Returns
-    -------
-    tap : (t m,) int
-        Positions in the flattened box.
-    w : (m, t) float64
-    cube : (m, t) float64
-        w^3 / sum(w^2): times z, the numerator of equation 5.
-    """
+    """The t = 4^axes control points of each of m points: positions in the flattened box, (t m,), their weights w, (m,
+    t), and w^3 / sum(w^2), (m, t): times z, the numerator of equation 5."""
     first, along = dense.locate(points, level)
     axes = points.shape[1]
     index = first[:, None, :] + np.arange(4)[:, None]                   # (m, 4, axes)
@@ -116,18 +80,8 @@ def _taps(points: FloatArray, level: int) -> tuple[IntArray, FloatArray, FloatAr
 def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, FloatArray]:
     """MBA: fit each level from 0 up to the residual of the coarser ones (Lee, Wolberg and Shin 1997, section 4).
 
-    Parameters
-    ----------
-    x : (n, axes) float64
-        Coordinates in the stored part of the cube.
-    z : (n, channels) float64
-
-    Returns
-    -------
-    control_points : dense.shape(level, axes) + (channels,) float64
-        The sum of all levels, refined to the finest.
-    residual : (n, channels) float64
-        z less the spline at the samples.
+    Coordinates (n, axes) in the stored part of the cube and values (n, channels) to the sum of all levels, refined to
+    the finest, dense.shape(level, axes) + (channels,), and what it leaves of the values, (n, channels).
     """
     control_points = basis_approximation(x, z, 0)
     residual = np.asarray(z, dtype=float) - dense.evaluate(control_points, 0, x)

@@ -20,17 +20,12 @@ _RIM = 1e-4                 # of the mean diagonal, added to that of each contro
 
 
 class NormalEquations:
-    """The least-squares fit of a sum of lattices to samples.
+    """The least-squares fit of a sum of lattices to samples. Control points at mirror images are equal: they are one
+    unknown.
 
-    Control points at mirror images are equal: they are one unknown.
-
-    Parameters
-    ----------
-    x : (n, axes) float64
-        Coordinates in the stored part of the lattices.
-    parts : sequence of (int, (k,) int, or None)
-        The level of each lattice, and the control points that it has: positions in the flattened box of `dense.shape`,
-        mirror images included; None for all of them.
+    Samples have coordinates (n, axes) in the stored part of the lattices. Of each lattice are given its level, and the
+    control points that it has, mirror images included: positions in the flattened box of `dense.shape`, (k,), or None
+    for all of them.
     """
 
     def __init__(self, x: FloatArray, parts: Sequence[tuple[int, IntArray | None]]) -> None:
@@ -56,20 +51,11 @@ class NormalEquations:
         self._cells = list(zip(starts, [*starts[1:], len(x)], strict=True))
 
     def solve(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray]) -> list[FloatArray]:
-        """The control points that minimise the weighted squared error and the lattices' norms.
+        """The control points of each lattice, (k, channels), that minimise the weighted squared error and the lattices'
+        norms.
 
-        Parameters
-        ----------
-        weights : (n,) float64
-            Errors are multiplied by these.
-        z : (n, channels) float64
-        norms : sequence of (k, k) float64
-            Quadratic forms of the control points of each lattice; (k,) is the diagonal of one.
-
-        Returns
-        -------
-        list of (k, channels) float64
-            Of each lattice.
+        Errors of z, (n, channels), are multiplied by weights (n,); a norm is a quadratic form of the control points of
+        a lattice, (k, k), or the diagonal of one, (k,).
         """
         matrix, moment = self.reduced_system(weights, z, norms)
         if not len(matrix):
@@ -128,17 +114,8 @@ def _fold_form(norm: FloatArray, unknowns: IntArray) -> tuple[IntArray, FloatArr
 
 
 def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> FloatArray:
-    """By how much each control point alone can lower the weighted squared error: the flattened box, (points,) float64.
-
-    Its mirror images move with it.
-
-    Parameters
-    ----------
-    x : (n, axes) float64
-    weights : (n,) float64
-    z : (n, channels) float64
-        What the lattice is to approximate.
-    """
+    """By how much each control point alone, with its mirror images, can lower the weighted squared error: the flattened
+    box, (points,), for samples at x (n, axes) of weights (n,), where the lattice is to approximate z (n, channels)."""
     grid, size = dense.Grid(x, level), math.prod(dense.shape(level, x.shape[1]))
     moment, diagonal = np.zeros((size, z.shape[1])), np.zeros(size)
     for start in range(0, len(x), _SAMPLES_TOGETHER):

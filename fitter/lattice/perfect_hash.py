@@ -34,20 +34,11 @@ _TRIALS_AT_ONCE = 1 << 19   # bounds the memory of `_try_displacements`
 
 @dataclass(frozen=True)
 class PerfectHash:
-    """A minimal perfect hash of integer keys.
+    """A minimal perfect hash of integer keys."""
 
-    Attributes
-    ----------
-    keys : (n,) uint32
-        The key in each slot.
-    displacement : (buckets,) uint16, or uint32 for more than 65,536 keys
-    multiplier : int
-        Selects the hash function of the family.
-    """
-
-    keys: NDArray[np.uint32]
-    displacement: NDArray[np.unsignedinteger[Any]]
-    multiplier: int
+    keys: NDArray[np.uint32]                            # the key in each slot, (n,)
+    displacement: NDArray[np.unsignedinteger[Any]]      # (buckets,) uint16, or uint32 for more than 65,536 keys
+    multiplier: int                                     # selects the hash function of the family
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -69,19 +60,8 @@ class PerfectHash:
 
 
 def build(keys: ArrayLike) -> PerfectHash:
-    """Make a minimal perfect hash of keys. Raises ValueError if a key is out of range.
-
-    Parameters
-    ----------
-    keys : (n,) int
-        0 to `MAX_KEY`, in any order.
-
-    Examples
-    --------
-    >>> found = build([300, 7, 42])
-    >>> sorted(found.slots([7, 42, 300]).tolist()), int(found.slots(8))
-    ([0, 1, 2], -1)
-    """
+    """Make a minimal perfect hash of keys, (n,) from 0 to `MAX_KEY` in any order. Raises ValueError if a key is out of
+    range."""
     keys = np.unique(np.asarray(keys, dtype=np.int64))
     n = len(keys)
     width = np.uint16 if n <= 1 << 16 else np.uint32
@@ -161,23 +141,11 @@ def _place(bucket: IntArray, home: IntArray, buckets: int, random: np.random.Gen
 
 
 def _try_displacements(homes: IntArray, trials: IntArray, free: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Displace each bucket by the first of its trials with which all its slots are free.
+    """Displace each bucket by the first of its trials with which all its slots are free. Where two buckets claim a
+    slot, the later one is not placed.
 
-    Where two buckets claim a slot, the later one is not placed.
-
-    Parameters
-    ----------
-    homes : (buckets, members) int
-        Slots before displacement.
-    trials : (buckets, trials) int
-        Displacements to try.
-    free : (n,) bool
-        Updated in place: slots that are taken become False.
-
-    Returns
-    -------
-    displacement : (buckets,) int
-    placed : (buckets,) bool
+    Slots before displacement, (buckets, members), and displacements to try, (buckets, trials), to the displacement of
+    each bucket and whether it is placed, (buckets,) each. In `free`, (n,), slots that are taken become False.
     """
     n = len(free)
     fits = free[(homes[:, :1] + trials) % n]

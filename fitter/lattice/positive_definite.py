@@ -11,12 +11,6 @@ def inverse_root(matrix: FloatArray) -> FloatArray:
     """The inverse of the Cholesky factor, lower triangular: R of R^T R = matrix^-1, (n, n).
 
     Raises numpy.linalg.LinAlgError where a matrix is not positive definite.
-
-    Examples
-    --------
-    >>> root = inverse_root(np.array([[4.0, 2.0], [2.0, 2.0]]))
-    >>> (root.T @ root).tolist()
-    [[0.5, -0.5], [-0.5, 1.0]]
     """
     root: FloatArray = np.asarray(np.linalg.cholesky(matrix), dtype=float)
     _invert(root)

@@ -15,25 +15,12 @@ _SPARSE_POINTS = 4096       # points evaluated at a time otherwise
 
 @dataclass(frozen=True)
 class SparseLattice:
-    """A lattice whose control points are in the slots of a minimal perfect hash; all others are 0.
-
-    Attributes
-    ----------
-    level : int
-    index : perfect_hash.PerfectHash
-        Its keys are positions in the flattened box of `dense.shape(level, axes)`.
-    coefficients : (n, channels) float32
-        In the order of the slots.
-    axes : int
-    """
+    """A lattice whose control points are in the slots of a minimal perfect hash; all others are 0."""
 
     level: int
-    index: perfect_hash.PerfectHash
-    coefficients: SingleArray
+    index: perfect_hash.PerfectHash     # of positions in the flattened box of `dense.shape(level, axes)`
+    coefficients: SingleArray           # (n, channels), in the order of the slots
     axes: int = 3
-
-    def __len__(self) -> int:
-        return len(self.coefficients)
 
     @property
     def nbytes(self) -> int:
@@ -43,7 +30,7 @@ class SparseLattice:
     @property
     def count(self) -> int:
         """Control points stored, counted once whatever the number of channels."""
-        return len(self)
+        return len(self.coefficients)
 
     def evaluate(self, x: FloatArray) -> FloatArray:
         """The spline at coordinates (n, axes): (n, channels)."""
@@ -88,22 +75,8 @@ def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, Floa
 
 
 def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLattice:
-    """Keep the control points of largest magnitude over all channels, of those that directions can reach.
-
-    Parameters
-    ----------
-    control_points : dense.shape(level, axes) + (channels,) float64
-    count
-        Number to keep; fewer are kept if fewer are reachable and not 0.
-
-    Examples
-    --------
-    >>> control_points = np.zeros((*dense.shape(2), 1))
-    >>> control_points[2, 3, 2], control_points[2, 4, 2] = -5, 1
-    >>> lattice = keep_largest(control_points, 2, 1)
-    >>> lattice.count, float(lattice.dense[2, 3, 2, 0]), float(lattice.dense[2, 4, 2, 0])
-    (1, -5.0, 0.0)
-    """
+    """Keep the control points of largest magnitude over all channels, of those that directions can reach: of
+    dense.shape(level, axes) + (channels,), at most `count`, and fewer if fewer are reachable and not 0."""
     flat, axes = control_points.reshape(-1, control_points.shape[-1]), control_points.ndim - 1
     magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level, axes).ravel()
     count = min(count, int(np.count_nonzero(magnitude)))

@@ -48,23 +48,12 @@ _FARTHEST = 0.65            # error of the nearest material: of real balls, and 
 
 
 class Match(NamedTuple):
-    """A material that a photograph may show.
-
-    Attributes
-    ----------
-    material : published.Published
-    error : float
-        Relative difference from the photograph: 0 is none.
-    adjusted : float
-        The same with the factors.
-    diffuse, highlight : tuple of float
-        Factors of both parts, for each channel, as `editing.edited` takes them.
-    """
+    """A material that a photograph may show."""
 
     material: published.PublishedMaterial
-    error: float
-    adjusted: float
-    diffuse: tuple[float, ...]
+    error: float                    # relative difference from the photograph: 0 is none
+    adjusted: float                 # the same with the factors
+    diffuse: tuple[float, ...]      # factors of both parts, for each channel, as `editing.edited` takes them
     highlight: tuple[float, ...]
 
 
@@ -80,25 +69,14 @@ class _Split:
 
 
 def find_nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str, list[Match]]:
-    """The isotropic materials of the library that are nearest to a photograph of a ball, each with its factors.
+    """The isotropic materials of the library that are nearest to a photograph of a ball, each with its factors: those
+    first of which least is left with these, and half of what is left without; and the window that the light comes from.
 
-    Parameters
-    ----------
-    picture : (height, width, 3) float64
-        Linear Rec.709, the top row first, cropped to the ball: its outline touches the edges of the middle square.
-    window
-        Where the light comes from, of `WINDOWS`; empty: wherever it suits the photograph best.
+    The picture is (height, width, 3), linear Rec.709, the top row first, cropped to the ball: its outline touches the
+    edges of the middle square. The window is one of `WINDOWS`; empty: wherever it suits the photograph best.
 
-    Returns
-    -------
-    matches
-        Those first of which least is left with their factors, and half of what is left without them.
-
-    Raises
-    ------
-    DatasetError
-        If the picture is no such array, or dark; or shows no ball, or one that no material is near to; or the window is
-        unknown.
+    Raises DatasetError if the picture is no such array, or dark; or shows no ball, or one that no material is near to;
+    or the window is unknown.
     """
     if window not in ("", *WINDOWS):
         raise DatasetError(f"a window {window!r}, expected one of {', '.join(WINDOWS)}")

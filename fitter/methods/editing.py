@@ -1,10 +1,11 @@
 """Makes edits of fits: chooses the level that splits a fit, and balances the light of a widened highlight."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, FloatArray, broadcast_directions
 from ..coordinates.half_difference import unproject
 from ..model import Reflectance, edit
 from ..model.edit import COAT_WIDTHS, WIDTH_BOUNDS, Edit
@@ -70,8 +71,10 @@ def edited(fit: Fit, diffuse: ArrayLike = 1.0, highlight: ArrayLike = 1.0, width
         raise ValueError(f"factors of {[factor.size for factor in factors]} channels for a fit of {len(fit.channels)}")
     if channels > len(fit.channels):
         fit = replace(fit, channels=RGB, columns=fit.columns * channels)
-    level = _level(fit.surface)
-    balance = np.zeros((0, len(level))) if width == 1 else _balance(fit.surface, level, width)
+    columns = tuple(range(max(fit.columns) + 1))
+    stored = replace(fit.surface, channels=tuple(map(str, columns)), columns=columns)
+    level = split_level(stored, fit.isotropic)
+    balance = np.zeros((0, len(level))) if width == 1 else _balance(stored, level, width)
     return replace(fit, edit=Edit(np.broadcast_to(factors[0], channels).copy(),
                                   np.broadcast_to(factors[1], channels).copy(), level, float(width), balance,
                                   float(coat), float(coat_width),
@@ -85,41 +88,29 @@ def _factor(name: str, value: ArrayLike) -> FloatArray:
     return factor
 
 
-@dataclass(frozen=True)
-class _Coat:
+class _Coat(NamedTuple):
     """A coat alone."""
 
     width: float
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
-        return edit.coat(self.width, *angles)[..., None]
+        return edit.coat(self.width, *broadcast_directions(theta_i, phi_i, theta_o, phi_o))[..., None]
 
 
-@dataclass(frozen=True)
-class _LatticeColumns:
-    """A fit without its edit, or the highlight of one, in each column of its lattices."""
+class _Highlight(NamedTuple):
+    """The highlight of an edit of a fit, in each column of its lattices."""
 
     fit: Fit
-    edit: Edit | None = None
+    edit: Edit
 
     @property
     def isotropic(self) -> bool:
         return self.fit.isotropic
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        columns = tuple(range(max(self.fit.columns) + 1))
-        measured = replace(self.fit, channels=tuple(map(str, columns)), columns=columns)
-        if self.edit is None:
-            return np.maximum(measured.evaluate(theta_i, phi_i, theta_o, phi_o), 0)
-        angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
-        value = self.edit.widen_highlight(measured.evaluate, *(angle.ravel() for angle in angles))
+        angles = broadcast_directions(theta_i, phi_i, theta_o, phi_o)
+        value = self.edit.widen_highlight(self.fit.evaluate, *(angle.ravel() for angle in angles))
         return value.reshape(*angles[0].shape, -1)
-
-
-def _level(fit: Fit) -> FloatArray:
-    """The level of the split: (columns,), 1/sr."""
-    return split_level(_LatticeColumns(fit), fit.isotropic)
 
 
 def split_level(model: Reflectance, isotropic: bool = True) -> FloatArray:
@@ -129,15 +120,15 @@ def split_level(model: Reflectance, isotropic: bool = True) -> FloatArray:
     u, v, turn = ((0.5 + at * step) % 1 for step in (0.8191725134, 0.6710436067, 0.5497004779))     # a rank-1 lattice
     theta_i, theta_o, phi_o = np.arcsin(np.sqrt(u)), np.arcsin(np.sqrt(v)), 2 * np.pi * turn
     phi_i = np.zeros(_PAIRS) if isotropic else 2 * np.pi * (at % _EDIT_AZIMUTHS) / _EDIT_AZIMUTHS
-    values = model.evaluate(theta_i, phi_i, theta_o, phi_i + phi_o)
+    values = np.maximum(model.evaluate(theta_i, phi_i, theta_o, phi_i + phi_o), 0)
     return np.maximum(np.quantile(values, _QUANTILE, axis=0), _LEAST_LEVEL)
 
 
 def _balance(fit: Fit, level: FloatArray, width: float) -> FloatArray:
-    """`Edit.balance`: (DAMPING_KNOTS, columns)."""
+    """`Edit.balance`, (DAMPING_KNOTS, columns), of a fit with a channel for each column of its lattices."""
     ones = np.ones(len(level))
     edits = (Edit(ones, ones, level, each) for each in (1.0, width))
-    before, after = (energy.reflected_light(_LatticeColumns(fit, each), _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0)
+    before, after = (energy.reflected_light(_Highlight(fit, each), _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0)
                      for each in edits)
     wanted, control_points = before.sum(axis=1), np.ones((DAMPING_KNOTS, len(level)))
     for _ in range(_ROUNDS):

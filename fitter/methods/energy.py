@@ -42,15 +42,8 @@ _INFLUENCE = 2              # knots on both sides of a control point, which it h
 
 
 def conserve_energy(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
-    """Damp a fit where its directional albedo exceeds 1; `Fit.changes` says where, and by how much.
-
-    Parameters
-    ----------
-    transform
-        That of the fit.
-    samples
-        What was fitted: tells how far the measurement reaches, and what it lost.
-    """
+    """Damp a fit of this transform where its directional albedo exceeds 1; `Fit.changes` says where, and by how much.
+    The samples that were fitted tell how far the measurement reaches, and what it lost."""
     with progress.part(0.0, 0.15):
         few = reflected_light(fit, _FEW_POLAR_ANGLES, _COARSE_CELLS)
     if few.sum(axis=2).max() < _FAR_FROM_1:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, select_directions
+from ..arrays import BoolArray, Directions, FloatArray, select_directions, unit_vectors
 from ..coordinates import direction_sampling
 from ..samples import HORIZON, Samples
 from ..shader_constants import LEAST_LENGTH
@@ -57,8 +57,7 @@ def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:
 def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
     """The nearest pairs in the measured domain of the same half vectors, by bisection of the difference angle: four
     (n,) arrays, radians."""
-    first, second = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
-                     for theta, phi in (pairs[:2], pairs[2:]))
+    first, second = unit_vectors(*pairs[:2]), unit_vectors(*pairs[2:])
     half = first + second
     length = np.linalg.norm(half, axis=1, keepdims=True)
     half = np.where(length > LEAST_LENGTH, half / np.maximum(length, LEAST_LENGTH), [0.0, 0.0, 1.0])

@@ -14,7 +14,7 @@ in each channel; it cancels in the regression.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -38,36 +38,24 @@ _KERNEL_ROWS = 256          # rows of the kernel matrix at a time: bounds the me
 
 @dataclass(frozen=True)
 class Kernel:
-    """The covariance of a field, over coordinates in [-1, 1].
+    """The covariance of a field, over coordinates in [-1, 1]."""
 
-    Attributes
-    ----------
-    length : float
-        Its range.
-    noise : float
-        The variance of a sample's noise, relative to that of the field.
-    reciprocity : float
-        The correlation between a pair of directions and its reciprocal, of three axes: 1 of a reciprocal field.
-    """
-
-    length: float = LENGTHS[len(LENGTHS) // 2]
-    noise: float = 1e-4
+    length: float = LENGTHS[len(LENGTHS) // 2]      # its range
+    noise: float = 1e-4                             # the variance of a sample's noise, relative to that of the field
+    # the correlation between a pair of directions and its reciprocal, of three axes
     reciprocity: float = RECIPROCITIES[0]
-
-    def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
-        """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
-        return _apply_to_rows(lambda rows: self._covariance(rows, other), mu, len(other))
 
     def gram(self, mu: FloatArray) -> FloatArray:
         """Covariance of the field between points, half of which is computed: (n, axes) to (n, n)."""
         total = np.empty((len(mu), len(mu)))
         for start in range(0, len(mu), _KERNEL_ROWS):
             rows = slice(start, start + _KERNEL_ROWS)
-            total[rows, :rows.stop] = self._covariance(mu[rows], mu[:rows.stop])
+            total[rows, :rows.stop] = self.covariance(mu[rows], mu[:rows.stop])
             total[:rows.stop, rows] = total[rows, :rows.stop].T
         return total
 
-    def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
+    def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
+        """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
         total = TREND * (1 + (mu * self._slopes(mu.shape[1])) @ other.T)
         scaled = math.sqrt(5) / self.length
         apart = [{sign: np.subtract.outer(scaled * a, sign * scaled * b) ** 2 for sign in (1, -1)}
@@ -79,16 +67,9 @@ class Kernel:
             total += kernel
         return total
 
-
     def _slopes(self, axes: int) -> FloatArray:
         """The variance of the trend's slope along each axis, over `TREND`."""
         return np.array((1.0, 1 - self.reciprocity, 1.0) if axes == ISOTROPIC_AXES else (1.0, 1.0, 0.0, 0.0))
-
-
-def _apply_to_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
-    """A function of points, (k, axes) to (k, columns), of few at a time: (n, axes) to (n, columns)."""
-    return np.concatenate([np.zeros((0, columns)), *(function(mu[start:start + _KERNEL_ROWS])
-                                                     for start in range(0, len(mu), _KERNEL_ROWS))])
 
 
 def _images(axes: int, reciprocity: float) -> Iterator[tuple[float, tuple[int, ...]]]:
@@ -104,54 +85,26 @@ def _images(axes: int, reciprocity: float) -> Iterator[tuple[float, tuple[int, .
 
 @dataclass(frozen=True)
 class Field:
-    """The mean of a Gaussian process given samples. It tends to the trend far from all of them.
-
-    Attributes
-    ----------
-    kernel : Kernel
-    mu : (n, axes) float64
-        The samples' coordinates.
-    weights : (n, channels) float64
-        K^-1 z, with the samples' covariance K and values z.
-    at_samples : (n, channels) float64
-        The samples' values without what is known to be noise.
-    """
+    """The mean of a Gaussian process given samples. It tends to the trend far from all of them."""
 
     kernel: Kernel
-    mu: FloatArray
-    weights: FloatArray
-    at_samples: FloatArray
+    mu: FloatArray              # the samples' coordinates, (n, axes)
+    weights: FloatArray         # K^-1 z, with the samples' covariance K and values z, (n, channels)
+    at_samples: FloatArray      # the samples' values without what is known to be noise, (n, channels)
 
     def predict(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, axes) to (m, channels)."""
-        channels = self.weights.shape[1]
-        return _apply_to_rows(lambda rows: self.kernel.covariance(rows, self.mu) @ self.weights, mu, channels)
+        return np.concatenate([self.weights[:0], *(
+            self.kernel.covariance(mu[start:start + _KERNEL_ROWS], self.mu) @ self.weights
+            for start in range(0, len(mu), _KERNEL_ROWS))])
 
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> tuple[Field, FloatArray]:
-    """Simple kriging: the mean of a Gaussian process given samples, and its leave-one-out predictions.
+    """Simple kriging: the mean of a Gaussian process given samples, and its leave-one-out predictions, (n, channels)
+    (Rasmussen and Williams, equation 5.12).
 
-    Parameters
-    ----------
-    mu : (n, axes) float64
-        2 x - 1 of coordinates x.
-    z : (n, channels) float64
-    known : (n,) float64
-        Variance of each sample's noise beyond that of the kernel, relative to that of the field.
-
-    Returns
-    -------
-    left_out : (n, channels) float64
-        What the field of all other samples is at each sample (Rasmussen and Williams, equation 5.12).
-
-    Examples
-    --------
-    With little noise the field nearly interpolates, also at the samples' mirror images.
-
-    >>> mu = np.array([[0.2, 0.1, 0.3], [0.6, 0.0, 0.1]])
-    >>> field, _ = krige(mu, np.array([[1.0], [-2.0]]), Kernel(noise=0.0), np.zeros(2))
-    >>> field.predict(mu)[:, 0].round(4).tolist()
-    [1.0, -2.0]
+    Samples have coordinates mu = 2 x - 1, (n, axes), values z, (n, channels), and a variance of noise beyond that of
+    the kernel that is known, (n,), relative to that of the field.
     """
     noise = kernel.noise + _TINY + known
     covariance = kernel.gram(mu)
@@ -163,48 +116,23 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
 
 
 class MaximumLikelihood(NamedTuple):
-    """Under what samples are likeliest.
+    """Under what samples are likeliest."""
 
-    Attributes
-    ----------
-    value : float
-        The log-likelihood of each value, less what the prior's parameters cost; constants are left out.
-    kernel : Kernel
-    system : int
-        The number of the coordinates.
-    prior : int
-        The number of the prior.
-    """
-
-    value: float
+    value: float    # log-likelihood of each value, less what the prior's parameters cost; constants are left out
     kernel: Kernel
-    system: int
-    prior: int
+    system: int     # the number of the coordinates,
+    prior: int      # and of the prior
 
 
 @dataclass
 class Search:
-    """A search for the coordinates, the kernel and the prior under which samples are likeliest.
+    """A search for the coordinates, the kernel and the prior under which samples are likeliest."""
 
-    Attributes
-    ----------
-    encoded : sequence of callables
-        The samples' coordinates (n, axes), in [-1, 1], in each system.
-    candidates : sequence of (n, channels) float64
-        The samples' values above each prior.
-    penalties : sequence of float
-        Taken from the log-likelihood of each value: a prior was fitted to the same samples.
-    known : (n,) float64
-        Variance of noise beyond that of the kernel, for each sample.
-    reciprocities : sequence of float
-        Those among which the likelihood chooses.
-    """
-
-    encoded: Sequence[Callable[[], FloatArray]]
-    candidates: Sequence[FloatArray]
-    penalties: Sequence[float]
-    known: FloatArray
-    reciprocities: Sequence[float] = RECIPROCITIES
+    encoded: Sequence[FloatArray]                       # the samples' coordinates (n, axes), in [-1, 1], in each system
+    candidates: Sequence[FloatArray]                    # the samples' values above each prior, (n, channels)
+    penalties: Sequence[float]  # taken from the log-likelihood of each value: a prior was fitted to the same samples
+    known: FloatArray                                   # variance of noise beyond that of the kernel, (n,)
+    reciprocities: Sequence[float] = RECIPROCITIES      # among which it chooses
 
     def __post_init__(self) -> None:
         self._covariances: dict[tuple[int, Kernel], FloatArray] = {}
@@ -267,7 +195,7 @@ class Search:
 
     def _covariance(self, system: int, kernel: Kernel) -> FloatArray:
         if (system, kernel) not in self._covariances:
-            mu = self.encoded[system]()
+            mu = self.encoded[system]
             covariance = kernel.gram(mu)
             covariance[np.diag_indices(len(mu))] += self.known
             self._covariances[system, kernel] = covariance

@@ -32,26 +32,13 @@ _FAILED_NOISE = 1.0         # noise, relative to the field's variance, above whi
 
 @dataclass(frozen=True)
 class HighlightColour:
-    """What samples say of a highlight's colour.
-
-    Attributes
-    ----------
-    transform : LogRelative
-    coordinates : Coordinates
-        Those in which distances are measured.
-    mu : (n, axes) float64
-        The samples' coordinates, 2 x - 1.
-    colours : (n, channels) float64
-        The samples' values, less their mean over channels.
-    weights : (n,) float64
-        What samples weigh at equal distances: their share of the highlight.
-    """
+    """What samples say of a highlight's colour."""
 
     transform: LogRelative
-    coordinates: Coordinates
-    mu: FloatArray
-    colours: FloatArray
-    weights: FloatArray
+    coordinates: Coordinates    # those in which distances are measured
+    mu: FloatArray              # the samples' coordinates, 2 x - 1, (n, axes)
+    colours: FloatArray         # the samples' values, less their mean over channels, (n, channels)
+    weights: FloatArray         # what samples weigh at equal distances, (n,): their share of the highlight
 
     def blend(self, directions: Directions, continued: FloatArray, left_out: bool = False) -> FloatArray:
         """The field at directions, where a process continues it as given: (n, channels).
@@ -98,16 +85,11 @@ def highlight_share(transform: LogRelative, directions: Directions) -> FloatArra
 
 def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, known: FloatArray, left_out: FloatArray,
          ) -> tuple[HighlightColour | None, FloatArray]:
-    """The highlight of samples, or None where the process predicts these better; and how they are predicted.
+    """The highlight of samples, or None where the process predicts these better; and how they are predicted, (n,
+    channels).
 
-    Parameters
-    ----------
-    coordinates
-        Those in which distances are measured.
-    known : (n,) float64
-        Variance of each sample's noise, relative to that of the field.
-    left_out : (n, channels) float64
-        Each sample's field as the process of the others has it. So is the second result, with the highlight's colours.
+    Distances are measured in the coordinates. `known`, (n,), is the variance of each sample's noise, relative to that
+    of the field; `left_out`, (n, channels), each sample's field as the process of the others has it.
     """
     share = np.where(known < _FAILED_NOISE, highlight_share(transform, samples.directions), 0.0)
     if np.count_nonzero(share) < 2 or left_out.shape[1] == 1:

@@ -18,13 +18,7 @@ from .levels import Levels
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
-    """Fit samples by multilevel B-spline approximation.
-
-    Parameters
-    ----------
-    plausible
-        Ignored: the paper's method cannot ensure that a fit is plausible.
-    """
+    """Fit samples by multilevel B-spline approximation. It cannot ensure that a fit is plausible."""
     if not samples.isotropic:
         levels.check_four_axes()
     coordinates = Nusselt() if samples.isotropic else AnisotropicNusselt()

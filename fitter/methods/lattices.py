@@ -54,27 +54,19 @@ _PRECISE = 0.02             # deviation of a sample, relative to it, up to which
 
 def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
                  highlight: HighlightColour | None = None) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit the lattices to a field.
-
-    Parameters
-    ----------
-    samples
-        Those that the field was fitted to; isotropic.
-    field
-        Over 2 x - 1 of the coordinates x.
-    highlight
-        What becomes of the field in a highlight.
-    """
+    """Fit the lattices to a field over 2 x - 1 of the coordinates x, given the isotropic samples that it was fitted to,
+    and what becomes of it in a highlight."""
     progress.report(0.0, "Fitting the dense lattice")
     # interpolate the field at the nodes
     nodes = dense.nodes(levels.diffuse)
-    values = field.predict(2 * nodes.reshape(-1, nodes.shape[-1]) - 1).reshape(*nodes.shape[:-1], -1)
+    x = nodes.reshape(-1, nodes.shape[-1])
+    flat, at = field.predict(2 * x - 1), coordinates.decode(x)
+    values = flat.reshape(*nodes.shape[:-1], -1)            # the same array
     if levels.diffuse:
         values[0] = _mean_over_azimuths(field, 2 * nodes[0] - 1)
-    values = _transfer_last_colour(values, nodes, samples, coordinates, field)
+    _transfer_last_colour(flat, at, samples, coordinates, field)
     if highlight is not None:
-        flat = values.reshape(-1, values.shape[-1])
-        values = highlight.blend(coordinates.decode(nodes.reshape(-1, nodes.shape[-1])), flat).reshape(values.shape)
+        values = highlight.blend(at, flat).reshape(values.shape)
     box = dense.interpolate(values, levels.diffuse)
     progress.report(0.2)
     # what else the lattices follow: the field at the samples, and between them
@@ -104,17 +96,15 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
                                              levels.kept_count(3))
 
 
-def _transfer_last_colour(values: FloatArray, nodes: FloatArray, samples: Samples, coordinates: Coordinates,
-                          field: Field) -> FloatArray:
-    """Values (..., channels) at nodes (..., 3), outside the measured domain with the colour of its edge."""
-    limits, at = extrapolation.measured_domain(samples), coordinates.decode(nodes.reshape(-1, nodes.shape[-1]))
+def _transfer_last_colour(values: FloatArray, at: Directions, samples: Samples, coordinates: Coordinates,
+                          field: Field) -> None:
+    """Give values at directions, (n, channels), outside the measured domain the colour of its edge."""
+    limits = extrapolation.measured_domain(samples)
     which = extrapolation.is_extrapolated(at[0], at[2], limits)
-    flat = values.reshape(-1, values.shape[-1])
     at = select_directions(at, which)
     there = field.predict(2 * coordinates.encode(*extrapolation.clamp_to_domain(at, limits)) - 1)
     far = extrapolation.extrapolation_distance(at[0], at[2], limits)[:, None]
-    flat[which] += far * (extrapolation.transfer_colour(there, flat[which]) - flat[which])
-    return flat.reshape(values.shape)
+    values[which] += far * (extrapolation.transfer_colour(there, values[which]) - values[which])
 
 
 def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
@@ -148,15 +138,8 @@ def _random_directions(samples: Samples) -> Directions:
 
 def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
                    ) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit the lattices to many samples.
-
-    Parameters
-    ----------
-    samples
-        Isotropic, or not if the coordinates have four axes.
-    levels
-        At most `_TOGETHER` control points of each batch are kept, whatever the compression.
-    """
+    """Fit the lattices to many samples, which are isotropic unless the coordinates have four axes. At most `_TOGETHER`
+    control points of each batch are kept, whatever the compression."""
     # a stratified sample
     used = subsample(samples, _LOOKED_AT)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)

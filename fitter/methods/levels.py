@@ -13,21 +13,8 @@ KEPT_OF_FOUR = 3           # times the control points of three axes are kept of 
 
 @dataclass(frozen=True)
 class Levels:
-    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4).
-
-    Attributes
-    ----------
-    diffuse : int
-        D, the level of the dense lattice.
-    specular : int, or None
-        S, the level of the sparse lattice; None for the dense lattice alone.
-    compression : float
-        C, the percentage of the (2^S + 3)^3 specular control points to drop.
-
-    Raises
-    ------
-    ValueError
-        If one of them is out of range.
+    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4). Raises ValueError if one of them is out of
+    range.
 
     Examples
     --------
@@ -37,9 +24,9 @@ class Levels:
     15038
     """
 
-    diffuse: int
-    specular: int | None
-    compression: float
+    diffuse: int            # D, the level of the dense lattice
+    specular: int | None    # S, the level of the sparse lattice; None for the dense lattice alone
+    compression: float      # C, the percentage of the (2^S + 3)^3 specular control points to drop
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "diffuse", _check("diffuse_level", self.diffuse))

@@ -67,17 +67,11 @@ def parameter_count(model: Microfacet) -> int:
 
 
 def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Microfacet]:
-    """The Lambertian of typical values, and the least-squares models with one lobe, two lobes, and so on.
+    """The Lambertian of typical values, (m, channels), 1/sr, and the least-squares models with one lobe, two lobes, and
+    so on.
 
-    Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is
-    left out.
-
-    Parameters
-    ----------
-    typical : (m, channels) float64
-        1/sr.
-    offset
-        1/sr, positive.
+    Each is a least-squares fit of log(f + offset), the offset positive, 1/sr. A model that has more parameters than a
+    quarter of the values is left out.
     """
     models = [lambertian(typical)]
     if not np.ptp(samples.values):
@@ -192,8 +186,9 @@ class _Problem:
         """A lobe, (n,), and its derivatives by its parameters of the search, (parameters, n)."""
         alpha, gamma, f0, *rest = _numbers(p, kind)
         value, slopes = lobe_with_slopes(kind, self.at, self.surface_components, alpha, gamma, f0, *rest)
-        by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(slopes), None]
-        return value, np.array(slopes) * by_parameter
+        derivatives = np.array(slopes())
+        by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(derivatives), None]
+        return value, by_parameter * derivatives
 
 
 def _cost(solved: tuple[Microfacet, float]) -> float:

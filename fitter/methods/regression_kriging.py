@@ -16,7 +16,6 @@ steps, each a module:
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import cast
 
 import numpy as np
@@ -67,26 +66,16 @@ _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vect
 class Estimate:
     """What is known of samples before lattices are fitted: most of the work, which fits of several levels share.
 
-    Attributes
-    ----------
-    coordinates : Coordinates
-    transform : LogRelative
-    kernel : Kernel
-    field : Field, or None
-        Over 2 x - 1 of the coordinates x; None of more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of
-        anisotropic ones.
-    highlight : HighlightColour, or None
-        Whose colours the field has in a highlight; None where it keeps its own.
-    left_out : (n, channels) float64, or None
-        Each sample as the others predict it, 1/sr; the prior was fitted to all of them.
+    Of more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of anisotropic ones there is no field. A highlight has the
+    colours that the field has there; it is None where the field keeps its own.
     """
 
     coordinates: Coordinates
     transform: LogRelative
     kernel: Kernel
-    field: Field | None
+    field: Field | None             # over 2 x - 1 of the coordinates x
     highlight: HighlightColour | None
-    left_out: FloatArray | None
+    left_out: FloatArray | None     # each sample as the others predict it, (n, channels), 1/sr; the prior knows all
 
 
 def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
@@ -110,7 +99,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     searched = subsample(samples, _SEARCHED)
     systems = [system for family in families for system in family]
     search = gaussian_process.Search(
-        [partial(_mu, system, searched) for system in systems],
+        [_mu(system, searched) for system in systems],
         [each.field(searched.values, *searched.directions) for each in transforms],
         [_information_criterion(each.prior, searched.values.size) for each in transforms],
         _known_noise(searched, transforms[-1]), _reciprocities(samples))
@@ -216,16 +205,10 @@ def _sixth_smallest(numbers: FloatArray) -> float:
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
-    """Fit samples by regression kriging.
+    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them.
 
-    Parameters
-    ----------
-    levels
-        For anisotropic samples, `Levels.four_axis_levels` of them.
-    plausible
-        Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
-    estimated
-        What `estimate` returned for these samples.
+    A plausible fit is nowhere negative, and has a directional albedo of at most 1: `Fit.changes` says what that
+    changed. Anisotropic samples are fitted with `Levels.four_axis_levels`.
 
     Examples
     --------

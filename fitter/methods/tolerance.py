@@ -51,13 +51,16 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
     """
     if not tolerance > 0:
         raise ValueError(f"tolerance is {tolerance!r}, expected a positive number of 1/sr")
-    parts: list[IntArray | None] = [*cross_validation.folds(len(samples))] if held_out else [None]
-    if len(parts) == 1 and held_out:
+    if held_out and len(samples) == 1:
         raise ValueError("one sample cannot be predicted from the others")
+    every = np.arange(len(samples))
+    # the samples that are fitted, and those that are predicted of them
+    parts = [(np.setdiff1d(every, fold), fold) for fold in cross_validation.folds(len(samples))] if held_out else [
+        (every, every)]
     stored = len(distinct_channels(samples)[0].channels)         # equal channels are stored, and counted, once
     with progress.part(0.0, 0.3):
-        folds = [_Fold(samples, part) for part in progress.each(parts)]
-    whole = folds[0] if not held_out else _Fold(samples, None)
+        folds = [_Fold(samples, *part) for part in progress.each(parts)]
+    whole = folds[0] if not held_out else _Fold(samples, every, every)
 
     # bisection over the compression, for each diffuse level
     counts = [count for count in KEPT if count <= 8 * len(samples)]
@@ -74,7 +77,9 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
             begin = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS)
             with progress.part(begin, begin + 0.7 / steps / len(DIFFUSE_LEVELS)):
                 predictions = [fold.predict(diffuse_level, compression) for fold in progress.each(folds)]
-            error = _rmse(samples, predictions, parts)
+            found = np.empty(samples.values.shape)
+            found[np.concatenate([fold for _, fold in parts])] = np.concatenate(predictions)
+            error = error_metrics(samples.values, found).rmse
             step += 1
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
             if error <= tolerance:
@@ -103,14 +108,10 @@ def fit_arguments(fit: Fit) -> dict[str, Any]:
 
 
 class _Fold:
-    """A division of the samples into those that are fitted and those that are predicted; without one, all are both.
+    """Samples that are fitted, and those that are predicted; the estimate is made once for all fits."""
 
-    The estimate is made once for all fits of the fold.
-    """
-
-    def __init__(self, samples: Samples, held: IntArray | None) -> None:
-        self._predicted = samples if held is None else subset(samples, held)
-        self._fitted = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
+    def __init__(self, samples: Samples, fitted: IntArray, predicted: IntArray) -> None:
+        self._fitted, self._predicted = subset(samples, fitted), subset(samples, predicted)
         self._prepared = prepare(self._fitted, METHOD)
 
     def fit(self, diffuse_level: int, compression: float) -> Fit:
@@ -129,12 +130,3 @@ def _dense_size(samples: Samples, diffuse_level: int) -> int:
 
 def _compression(count: int) -> float:
     return 100 * (1 - count / dense.full_size(SPECULAR_LEVEL))
-
-
-def _rmse(samples: Samples, predictions: list[FloatArray], parts: list[IntArray | None]) -> float:
-    if parts[0] is None:
-        return error_metrics(samples.values, predictions[0]).rmse
-    values = np.empty(samples.values.shape)
-    for part, predicted in zip(parts, predictions, strict=True):
-        values[part] = predicted
-    return cross_validation.errors(samples, values).rmse

@@ -30,31 +30,13 @@ _LEAST = 1e-9                           # the least that is divided by
 
 @dataclass(frozen=True, eq=False)
 class Conductor:
-    """A metal of a finish.
+    """A metal of a finish."""
 
-    Attributes
-    ----------
-    n, k : (bands,) float64
-        Refractive index and extinction coefficient.
-    weights : (3, bands) float64
-        Convert a reflectance spectrum of these bands to linear Rec.709.
-    alpha, across : float
-        Width of the lobe along the tangent and across it, as slopes.
-
-    Examples
-    --------
-    At normal incidence, F is ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2).
-
-    >>> grey = Conductor(np.array([1.0]), np.array([2.0]), np.ones((3, 1)), 0.3, 0.3)
-    >>> grey.fresnel(np.ones(1)).round(9).tolist()
-    [[0.5, 0.5, 0.5]]
-    """
-
-    n: FloatArray
-    k: FloatArray
-    weights: FloatArray
-    alpha: float
-    across: float
+    n: FloatArray           # refractive index, (bands,),
+    k: FloatArray           # and extinction coefficient
+    weights: FloatArray     # (3, bands): convert a reflectance spectrum of these bands to linear Rec.709
+    alpha: float            # width of the lobe along the tangent, as a slope,
+    across: float           # and across it
 
     @property
     def isotropic(self) -> bool:

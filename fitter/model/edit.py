@@ -42,33 +42,18 @@ _Measured = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArra
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """An edit of a fit; `fitter.edited` makes it.
+    """An edit of a fit; `fitter.edited` makes it."""
 
-    Attributes
-    ----------
-    diffuse, highlight : (channels,) float64
-        Factors of both parts.
-    level : (columns,) float64
-        Of the split, in each column of the fit's lattices, 1/sr; positive.
-    width : float
-        Of the highlight, relative to the measured one: within `WIDTH_BOUNDS`.
-    balance : (DAMPING_KNOTS, columns) or (0, columns) float64
-        g, as `LogRelative.damping` has a factor of each polar angle; none where the width is 1.
-    coat : float
-        The coat's weight, 0 to 1.
-    coat_width : float
-        Its alpha, within `COAT_WIDTHS`.
-    through : (DAMPING_KNOTS, 1) or (0, 1) float64
-        t, as `balance` has g; none without a coat.
-    """
-
-    diffuse: FloatArray
-    highlight: FloatArray
-    level: FloatArray
-    width: float = 1.0
+    diffuse: FloatArray                     # factor of the diffuse part, (channels,),
+    highlight: FloatArray                   # and of the highlight
+    level: FloatArray                       # of the split, in each column of the fit's lattices, 1/sr; positive
+    width: float = 1.0                      # of the highlight, relative to the measured one: within `WIDTH_BOUNDS`
+    # g, as `LogRelative.damping` has a factor of each polar angle: (DAMPING_KNOTS, columns), or (0, columns) where the
+    # width is 1
     balance: FloatArray = field(default_factory=lambda: np.zeros((0, 1)))
-    coat: float = 0.0
-    coat_width: float = COAT_WIDTHS[0]
+    coat: float = 0.0                       # the coat's weight, 0 to 1
+    coat_width: float = COAT_WIDTHS[0]      # its alpha, within `COAT_WIDTHS`
+    # t, as `balance` has g: (DAMPING_KNOTS, 1), or (0, 1) without a coat
     through: FloatArray = field(default_factory=lambda: np.zeros((0, 1)))
 
     @property
@@ -119,19 +104,8 @@ def diffuse_part(value: FloatArray, level: FloatArray) -> FloatArray:
 
 def narrow_directions(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray,
                       width: float) -> tuple[tuple[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]:
-    """The directions at which a widened highlight is read, and the Jacobian of their half vectors.
-
-    Parameters
-    ----------
-    theta_i, phi_i, theta_o, phi_o : (n,) float64
-        Radians.
-
-    Returns
-    -------
-    directions : four (n,) float64
-        The directions after the turn, radians; one that comes to lie below the horizon is moved to it.
-    density : (n,) float64
-    """
+    """The directions at which a widened highlight is read, radians, and the Jacobian of their half vectors, (n,). A
+    direction that comes to lie below the horizon is moved to it."""
     incident, outgoing = (np.sin(theta) * np.exp(1j * phi) for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
     up_i, up_o = np.cos(theta_i), np.cos(theta_o)
     along = incident + outgoing

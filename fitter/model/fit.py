@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, FloatArray, broadcast_directions
 from ..coordinates import ISOTROPIC_AXES, Coordinates
 from ..lattice import dense, sparse
 from ..lattice.dense import DenseLattice
@@ -143,7 +143,7 @@ class Fit:
             1/sr, without the cosine; 0 where a direction is below the horizon. A fit that was not made plausible may be
             negative.
         """
-        angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
+        angles = broadcast_directions(theta_i, phi_i, theta_o, phi_o)
         directions = [angle.ravel() for angle in angles]
         if not all(np.isfinite(angle).all() for angle in directions):
             raise ValueError("directions that are not finite numbers")

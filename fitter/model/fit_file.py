@@ -178,12 +178,9 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
 
 
 def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative | None:
-    name = header["transform"]
-    _check(name in (_IDENTITY, LogRelative.name), "its transform is unknown")
-    return None if name == _IDENTITY else _log_relative(header, entries, stored)
-
-
-def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative:
+    _check(header["transform"] in (_IDENTITY, LogRelative.name), "its transform is unknown")
+    if header["transform"] == _IDENTITY:
+        return None
     ks = entries["prior_ks"]
     lobes = len(ks) if ks.ndim else 0
     _check(lobes <= microfacet.MAX_PRIOR_LOBES, "its prior has too many lobes")

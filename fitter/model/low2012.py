@@ -25,17 +25,6 @@ _LEAST = 1e-9               # the least that is divided by
 class Low2012:
     """A published fit.
 
-    Attributes
-    ----------
-    kd : (channels,) float64
-        Albedo of the Lambertian.
-    a : (channels,) float64
-        Scale of the lobe.
-    b, c : float
-        Its width and its fall-off.
-    eta : float
-        Index of refraction.
-
     Examples
     --------
     At normal incidence and reflection G is 1 and F is ((eta - 1) / (eta + 1))^2.
@@ -45,21 +34,11 @@ class Low2012:
     (0.120958, 0.120958)
     """
 
-    kd: FloatArray
-    a: FloatArray
-    b: float
-    c: float
-    eta: float
-
-    @property
-    def coefficient_count(self) -> int:
-        """Parameters of a channel, the shared ones included."""
-        return 5
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the parameters of all channels in single precision."""
-        return 4 * (2 * len(self.kd) + 3)
+    kd: FloatArray      # albedo of the Lambertian, (channels,)
+    a: FloatArray       # scale of the lobe, (channels,)
+    b: float            # its width,
+    c: float            # and its fall-off
+    eta: float          # index of refraction
 
     @property
     def brightness(self) -> float:

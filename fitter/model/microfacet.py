@@ -73,40 +73,19 @@ class SurfaceComponents(NamedTuple):
 class Microfacet:
     """A Lambertian and lobes.
 
-    Attributes
-    ----------
-    kd : (channels,) float64
-        Diffuse reflectance, 1/sr.
-    ks : (lobes, channels) float64
-        Scale of each lobe, 1/sr.
-    alpha, gamma, f0 : (lobes,) float64
-        Of each lobe: its width, as a slope; the exponent of its tail; the value of S where g is 0, relative to that
-        where it is 1.
-    kinds : tuple of str
-        Of each lobe, one of `KINDS`; by default all are "mirror".
-    across, turn : (lobes,) float64
-        Of an anisotropic lobe of microfacets: alpha is its width along the azimuth `turn`, radians, and `across` that
-        at a right angle to it. Of fibres `turn` is the azimuth, and `across` the slope at which they dip. The other
-        kinds have `across` equal to alpha, and a model without anisotropic lobes has none.
-
-    Examples
-    --------
-    The model is reciprocal.
-
-    >>> glossy = Microfacet(np.array([0.1]), np.array([[2.0]]), np.array([0.2]), np.array([2.0]), np.array([0.04]))
-    >>> forth, back = glossy.evaluate(0.3, 0, 1.1, 2), glossy.evaluate(1.1, 2, 0.3, 0)
-    >>> bool(np.allclose(forth, back)), bool(forth[0] > 0.1)
-    (True, True)
+    A model without anisotropic lobes has no `across` and `turn`. Of an anisotropic lobe of microfacets alpha is the
+    width along the azimuth `turn`, radians, and `across` that at a right angle to it; of fibres `turn` is the azimuth,
+    and `across` the slope at which they dip. The other kinds have `across` equal to alpha.
     """
 
-    kd: FloatArray
-    ks: FloatArray
-    alpha: FloatArray
-    gamma: FloatArray
-    f0: FloatArray
-    kinds: tuple[Kind, ...] = ()
-    across: FloatArray = field(default_factory=lambda: np.zeros(0))
-    turn: FloatArray = field(default_factory=lambda: np.zeros(0))
+    kd: FloatArray                  # diffuse reflectance, (channels,), 1/sr
+    ks: FloatArray                  # scale of each lobe, (lobes, channels), 1/sr
+    alpha: FloatArray               # its width, (lobes,), as a slope,
+    gamma: FloatArray               # the exponent of its tail,
+    f0: FloatArray                  # and the value of S where g is 0, relative to that where it is 1
+    kinds: tuple[Kind, ...] = ()    # by default all are "mirror"
+    across: FloatArray = field(default_factory=lambda: np.zeros(0))  # (lobes,), or none
+    turn: FloatArray = field(default_factory=lambda: np.zeros(0))  # likewise
 
     def __post_init__(self) -> None:
         if not self.kinds:
@@ -148,20 +127,14 @@ def lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: 
          across: float | None = None, turn: float = 0.0) -> FloatArray:
     """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no
     `SurfaceComponents`."""
-    return _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)[0]
+    return lobe_with_slopes(kind, at, in_surface, alpha, gamma, f0, across, turn)[0]
 
 
 def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float,
-                     f0: float, across: float | None = None, turn: float = 0.0) -> tuple[FloatArray, list[FloatArray]]:
-    """`lobe`, and its derivatives by log alpha, gamma and f0 and, where there are components in the surface, by log
-    across and turn."""
-    value, slopes = _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)
-    return value, slopes()
-
-
-def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float, f0: float,
-          across: float | None, turn: float) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
-    """`lobe`, and what computes its derivatives."""
+                     f0: float, across: float | None = None, turn: float = 0.0,
+                     ) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
+    """`lobe`, and what computes its derivatives by log alpha, gamma and f0 and, where there are components in the
+    surface, by log across and turn."""
     cos_i, cos_o = at.cos_i, at.cos_o
     nothing = np.zeros(np.shape(at.tan2_h))
     unturned = [] if in_surface is None else [nothing, nothing]
@@ -232,7 +205,7 @@ def _lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha:
 
 def _fibres(at: Geometry, in_surface: SurfaceComponents, alpha: float, gamma: float, f0: float, across: float,
             turn: float) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
-    """`_lobe` of fibres."""
+    """`lobe_with_slopes` of fibres."""
     in_both = (in_surface.incident + in_surface.outgoing) * np.exp(-1j * turn)
     dip = across * (at.cos_i + at.cos_o)
     sides = [(in_both.real + side) / alpha for side in (-dip, dip)]

@@ -52,32 +52,15 @@ _FALL, _FALL_ANGLE = 1.0, np.radians(8)  # changes of the lobe's logarithm, and 
 
 
 class PublishedMaterial(NamedTuple):
-    """A material of the library.
+    """A material of the library."""
 
-    Attributes
-    ----------
-    name : str
-        In MERL's database; of a metal, with its finish.
-    label : str
-        What people call it.
-    tags : tuple of str
-        What it is made of, of `TAGS`.
-    model : Low2012, Conductor or Translucent
-    source : str
-        Whose numbers they are.
-    words : str
-        Other words by which it is found.
-    excess : float
-        How many times as bright as the measurement it is off its highlight, where much brighter; else 1.
-    """
-
-    name: str
-    label: str
-    tags: tuple[str, ...]
+    name: str                   # in MERL's database; of a metal, with its finish
+    label: str                  # what people call it
+    tags: tuple[str, ...]       # what it is made of, of `TAGS`
     model: Low2012 | Conductor | Translucent
-    source: str
-    words: str = ""
-    excess: float = 1.0
+    source: str                 # whose numbers they are
+    words: str = ""             # other words by which it is found
+    excess: float = 1.0  # how many times as bright as the measurement it is off its highlight, where much brighter
 
     @property
     def path(self) -> str:

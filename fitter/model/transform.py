@@ -25,25 +25,16 @@ class LogRelative:
     the log-relative mapping of J. B. Nielsen, H. W. Jensen, R. Ramamoorthi: On Optimal, Minimal BRDF Sampling for
     Reflectance Acquisition, SIGGRAPH Asia 2015, with a prior in the place of their median of materials.
 
-    Attributes
-    ----------
-    prior : Microfacet
-    offset : float
-        1/sr; differences between reflectances far below it hardly change the field.
-    ceiling : (channels,) float64
-        Upper bounds of the reflectance, 1/sr, approached smoothly: it is divided by the 16-norm of 1 and its ratio to
-        its bound. Where one channel is near its own all are lowered alike, so that the colour stays.
-    floor : float
-        Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
-    damping : (DAMPING_KNOTS, channels) or (0, 1) float64
-        A factor of the reflectance for each of the two polar angles, which conserves energy: the control points, from 0
-        to 1, of a cubic B-spline whose knots are even in the projection r(theta) of `coordinates.half_difference`. They
-        are continued beyond the normal by their mirror images, beyond the horizon by the last. By default there
-        are none.
-    grey : float
-        The field is of reflectances of which this share, at least 0 and less than 1, is replaced by the mean of their
-        channels: saturated colours lie outside of a colour space, where they have negative components, of which there
-        is no logarithm. It is undone after the bounds of `ceiling`, and before that of `floor`.
+    The ceiling is approached smoothly: the reflectance is divided by the 16-norm of 1 and its ratio to its bound. Where
+    one channel is near its own all are lowered alike, so that the colour stays.
+
+    The damping conserves energy: a factor of the reflectance for each of the two polar angles. It is a cubic B-spline
+    whose knots are even in the projection r(theta) of `coordinates.half_difference`; its control points are continued
+    beyond the normal by their mirror images, beyond the horizon by the last.
+
+    Saturated colours lie outside of a colour space, where they have negative components, of which there is no
+    logarithm: so the field is of reflectances of which a share, the desaturation, is replaced by the mean of their
+    channels. It is undone after the bounds of the ceiling, and before that of the floor.
 
     Examples
     --------
@@ -57,11 +48,12 @@ class LogRelative:
 
     name: ClassVar[str] = "log_relative"
     prior: Microfacet
-    offset: float
-    ceiling: FloatArray
-    floor: float = -np.inf
+    offset: float                   # 1/sr; differences between reflectances far below it hardly change the field
+    ceiling: FloatArray             # upper bounds of the reflectance, 1/sr, (channels,)
+    floor: float = -np.inf          # lower bound, 1/sr: 0, or minus infinity to keep noise around 0
+    # (DAMPING_KNOTS, channels) from 0 to 1, or (0, 1) for none
     damping: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 1)))
-    desaturation: float = 0.0
+    desaturation: float = 0.0       # at least 0 and less than 1
 
     @property
     def nbytes(self) -> int:
@@ -133,11 +125,5 @@ def factor_of_angle(control_points: FloatArray, theta: ArrayLike) -> FloatArray:
 
 
 def bounded_log(values: FloatArray, offset: float) -> FloatArray:
-    """log(f + offset), at least log(0.05 offset), as noise may bring f below -offset: 1/sr, of any shape.
-
-    Examples
-    --------
-    >>> np.exp(bounded_log(np.array([0.0, -2.0]), 1.0)).round(9).tolist()
-    [1.0, 0.05]
-    """
+    """log(f + offset), at least log(0.05 offset), as noise may bring f below -offset: 1/sr, of any shape."""
     return np.log(np.maximum(values + offset, 0.05 * offset))

@@ -49,43 +49,19 @@ _WIDER = np.array([[0.659, 0.739, 0.792, 0.800, 0.802, 0.823, 0.867, 0.934, 1.02
 
 
 class Walk(NamedTuple):
-    """Inputs of Cycles' random walk, (3,) each.
-
-    Attributes
-    ----------
-    color
-    radius
-        In mm.
-    rest
-        Albedo that walks of 256 steps do not reach: a diffuse surface has it.
-    entry : float
-        The index by which light is refracted as it enters.
-    albedo
-        Of light that has entered, with the rest.
-    surface : float
-        The index of the surface above.
-    """
+    """Inputs of Cycles' random walk, (3,) each."""
 
     color: FloatArray
-    radius: FloatArray
-    rest: FloatArray
-    entry: float
-    albedo: FloatArray
-    surface: float
+    radius: FloatArray      # mm
+    rest: FloatArray        # albedo that walks of 256 steps do not reach: a diffuse surface has it
+    entry: float            # the index by which light is refracted as it enters
+    albedo: FloatArray      # of light that has entered, with the rest
+    surface: float          # the index of the surface above
 
 
 @dataclass(frozen=True, eq=False)
 class Subsurface:
     """What is below a surface.
-
-    Attributes
-    ----------
-    albedo : (3,) float64
-        The share of the light that enters, evenly from all sides, which leaves again: red, green and blue.
-    mean_free_path : (3,) float64
-        1 / (sigma'_s + sigma_a), mm.
-    index : float
-        Of refraction.
 
     Examples
     --------
@@ -96,9 +72,9 @@ class Subsurface:
     ([0.834, 0.832, 0.708], [1.43, 0.82, 0.52])
     """
 
-    albedo: FloatArray
-    mean_free_path: FloatArray
-    index: float
+    albedo: FloatArray              # (3,): the share of light that enters, evenly from all sides, which leaves again
+    mean_free_path: FloatArray      # (3,): 1 / (sigma'_s + sigma_a), mm
+    index: float                    # of refraction
 
     def diffuse(self, theta_i: ArrayLike, theta_o: ArrayLike) -> FloatArray:
         """The diffuse surface of the same albedo, 1/sr: angles that broadcast to (...), radians, to (..., 3)."""

@@ -40,22 +40,12 @@ _WEIGHTS = np.array([2.0, 2.0, 1.0, 0.3, 0.3])
 
 @dataclass(frozen=True)
 class Albedo:
-    """What measurements reflect, and why it may be too much.
+    """What measurements reflect, and why it may be too much."""
 
-    Attributes
-    ----------
-    share : float
-        Of the channel and the angle with the largest, without the brightest directions.
-    reasons : tuple of str
-        What would explain a share above `PLAUSIBLE`, or one of next to nothing, as questions; and angles that are all
-        at the normal.
-    is_dark : bool
-        Whether the share is below `DARKEST_SURFACE` with the brightest directions, too.
-    """
-
-    share: float
+    share: float                # of the channel and the angle with the largest, without the brightest directions
+    # questions that would explain a share above `PLAUSIBLE`, or of next to nothing, or angles all at the normal
     reasons: tuple[str, ...] = ()
-    is_dark: bool = False
+    is_dark: bool = False       # whether the share is below `DARKEST_SURFACE` with the brightest directions, too
 
     @property
     def is_doubtful(self) -> bool:
@@ -64,9 +54,9 @@ class Albedo:
 
     def text(self) -> str:
         """The share, and what would explain it."""
-        if not self.is_doubtful:
-            return f"{self.share:.2g} or more"
         what = f"{self.share:.2g} or more"
+        if not self.is_doubtful:
+            return what
         if self.share > PLAUSIBLE:
             what = f"{self.share:,.3g} times the light that arrives"
         elif self.is_dark:
@@ -75,16 +65,7 @@ class Albedo:
 
 
 def estimate(samples: Samples) -> Albedo:
-    """Estimate what measurements reflect.
-
-    Examples
-    --------
-    >>> white = np.full((9, 1), 97.0)
-    >>> angles = np.radians(np.arange(0, 90, 10))
-    >>> found = estimate(Samples(angles, 0 * angles, angles, 0 * angles, white))
-    >>> found.share > 300, found.text()
-    (True, '305 times the light that arrives: reflectance factors in percent? (Values: reflectance_percent)')
-    """
+    """Estimate what measurements reflect."""
     share, whole = _share(samples), _share(samples, brightest=1.0)
     reasons, is_dark = [], whole < DARKEST_SURFACE
     if max(samples.theta_i.max(), samples.theta_o.max()) < _ALL_AT_NORMAL and len(samples) > 1:

@@ -37,18 +37,7 @@ class _Sides(NamedTuple):
 
 
 def questions(samples: Samples) -> tuple[str, ...]:
-    """What is to be asked of the directions of measurements.
-
-    Examples
-    --------
-    A highlight where the light comes from, which grows as that grazes:
-
-    >>> angles = np.radians(np.arange(20, 71, 10))
-    >>> lit = Samples(np.tile(angles, 2), np.zeros(12), np.tile(angles, 2), np.repeat([0, np.pi], 6),
-    ...               np.repeat([[1.0], [0.1]], 6, axis=0))
-    >>> questions(lit)
-    ("10 times as bright toward the light as in the mirror direction: is phi counted from the mirror's side?",)
-    """
+    """What is to be asked of the directions of measurements."""
     sides = _sides(samples)
     return tuple(each for each in (_asks_mirrored(sides), _upside_down(sides)) if each)
 

@@ -29,16 +29,9 @@ _AT_ONCE = 1024             # samples compared with all probes at a time: fits t
 
 
 def widest_gap(samples: Samples) -> tuple[float, tuple[float, ...]]:
-    """The widest gap in angular coverage: the probe that is farthest from the nearest sample.
-
-    Returns
-    -------
-    distance
-        Degrees.
-    at : (float, float, float), or (float, float, float, float)
-        Incident and outgoing polar angle, and the azimuth between them, degrees; of an anisotropic material, and the
-        azimuth of incidence.
-    """
+    """The widest gap in angular coverage: the distance of the probe that is farthest from the nearest sample, degrees;
+    and its incident and outgoing polar angle, the azimuth between them, and of an anisotropic material the azimuth of
+    incidence, degrees."""
     if not samples.isotropic:
         return _widest_of_anisotropic(samples)
     grids = np.meshgrid(_PROBE_THETA, _PROBE_THETA, _PROBE_AZIMUTH, indexing="ij")
@@ -92,13 +85,8 @@ def _directions_of_incidence(samples: Samples) -> tuple[FloatArray, IntArray]:
 
 
 class _Cells:
-    """Samples sorted by cell, and divided into runs: at most `_AT_ONCE` samples of one cell.
-
-    Attributes
-    ----------
-    first : (runs,) int
-        Index of the first sample of each run.
-    """
+    """Samples sorted by cell, and divided into runs: at most `_AT_ONCE` samples of one cell. `first` is the index of
+    the first sample of each run."""
 
     def __init__(self, theta_i: FloatArray, theta_o: FloatArray, azimuth: FloatArray) -> None:
         self._angles = theta_i, theta_o, azimuth

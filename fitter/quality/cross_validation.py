@@ -50,17 +50,8 @@ def folds(count: int, parts: int = FOLD_COUNT, seed: int = SEED) -> list[IntArra
 
 def cross_validate(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLD_COUNT,
                    seed: int = SEED) -> HeldOutErrors:
-    """Errors of a fit by cross-validation: each sample is predicted by a fit to the other folds.
-
-    Raises ValueError if there is only one sample.
-
-    Parameters
-    ----------
-    fit
-        Makes a model of samples.
-    parts, seed
-        The number of folds, and the seed of the division.
-    """
+    """Errors of a fit by cross-validation: each sample is predicted by a fit to the other folds. Raises ValueError if
+    there is only one sample."""
     if len(samples) < 2:
         raise ValueError("one sample cannot be predicted from the others")
     predicted = np.empty(samples.values.shape)

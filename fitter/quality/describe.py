@@ -15,57 +15,26 @@ WIDE_GAP = 25.0             # degrees: no fit is reliable across a wider hole
 
 @dataclass(frozen=True)
 class Description:
-    """A description of measurements; angles in degrees.
-
-    Attributes
-    ----------
-    name : str
-    channels : tuple of str
-    count : int
-        Direction pairs.
-    theta_i, theta_o : (float, float)
-        Smallest and largest incident and outgoing polar angle.
-    gap : float
-        The widest hole: the distance from `gap_at` to the nearest sample (see `coverage`).
-    gap_at : (float, float, float), or (float, float, float, float)
-        Incident and outgoing polar angle and the azimuth between them; of an anisotropic material, and the azimuth of
-        incidence.
-    negative : int
-        Values below 0, over all channels.
-    saturated : int
-        Values that share their channel's maximum, as a saturated detector makes them, or of `Samples.saturated`.
-    lowest, mean, highest : (channels,) tuple of float
-        1/sr.
-    albedo : Albedo
-        The share of light that is reflected, and what would explain one that no surface has.
-    notes : tuple of str
-        What reading made of the file.
-    rotations : Rotations, or None
-        Of an anisotropic material, those at which it is given: measured, or by its symmetry or the file's
-        interpolation.
-    questions : tuple of str
-        What is to be asked of its directions (`conventions`).
-    value_questions : tuple of str
-        What is to be asked of its values.
-    """
+    """A description of measurements; angles in degrees, values in 1/sr."""
 
     name: str
     channels: tuple[str, ...]
-    count: int
-    theta_i: tuple[float, float]
+    count: int                                  # direction pairs
+    theta_i: tuple[float, float]                # smallest and largest polar angle
     theta_o: tuple[float, float]
-    gap: float
-    gap_at: tuple[float, ...]
-    negative: int
-    saturated: int
-    lowest: tuple[float, ...]
+    gap: float  # the widest hole: the distance from `gap_at` to the nearest sample (see `coverage`)
+    gap_at: tuple[float, ...]                   # as `widest_gap` returns it
+    negative: int                               # values below 0, over all channels
+    saturated: int  # values at their channel's maximum, as a saturated detector has them, or of `Samples.saturated`
+    lowest: tuple[float, ...]                   # of each channel
     mean: tuple[float, ...]
     highest: tuple[float, ...]
     albedo: albedo.Albedo
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()                 # what reading made of the file
+    # of an anisotropic material: measured, or by symmetry or the file's interpolation
     rotations: Rotations | None = None
-    questions: tuple[str, ...] = ()
-    value_questions: tuple[str, ...] = ()
+    questions: tuple[str, ...] = ()             # what is to be asked of its directions (`conventions`),
+    value_questions: tuple[str, ...] = ()       # and of its values
 
     @property
     def largest_angle(self) -> float:

@@ -47,12 +47,7 @@ def error_metrics(measured: ArrayLike, fitted: ArrayLike) -> ErrorMetrics:
 
 
 def channel_metrics(measured: ArrayLike, fitted: ArrayLike) -> list[ErrorMetrics]:
-    """`error_metrics` of each channel.
-
-    Parameters
-    ----------
-    measured, fitted : (n, channels) array_like
-        BRDF values, 1/sr.
+    """`error_metrics` of each channel: (n, channels) each, 1/sr.
 
     Examples
     --------

@@ -42,13 +42,8 @@ def direction_pairs(count: int = PAIRS) -> Directions:
 
 
 def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
-    """Measure a model's departures from reciprocity and from non-negative values.
-
-    Parameters
-    ----------
-    pairs : four (n,) arrays, optional
-        Pairs of directions, radians; by default `direction_pairs()`, turned for an anisotropic model at random.
-    """
+    """Measure a model's departures from reciprocity and from non-negative values, at pairs of directions, four (n,)
+    arrays, radians: by default `direction_pairs()`, turned for an anisotropic model at random."""
     if pairs is None:
         theta_i, phi_i, theta_o, phi_o = direction_pairs()
         if not is_isotropic(model):
@@ -64,29 +59,11 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
 
 
 def directional_albedo(model: Reflectance, theta_o: ArrayLike, phi_o: float = 0.0) -> FloatArray:
-    """The directional albedo of a model: the share of light from one direction that is reflected.
+    """The directional albedo of a model, (n, channels): the share of light from each of some directions, (n,) radians,
+    that is reflected.
 
     The integral of f cos(theta_i) over the incident hemisphere, by the midpoint rule over the disk to which that
     projects; negative values count as 0. By reciprocity, it is the albedo for light from theta_o.
-
-    Parameters
-    ----------
-    theta_o : (n,) array_like
-        Radians.
-    phi_o
-        Radians; of an isotropic model it does not matter.
-
-    Returns
-    -------
-    (n, channels) float64
-
-    Examples
-    --------
-    A Lambertian of f = 0.3 / sr has the albedo 0.3 pi from all directions.
-
-    >>> from ..methods import prior
-    >>> directional_albedo(prior.lambertian(np.array([[0.3]])), [0, 1.5]).round(4).tolist()
-    [[0.9425], [0.9425]]
     """
     steps = (np.arange(_INTEGRAL_CELLS) + 0.5) / _INTEGRAL_CELLS
     turns = np.pi * steps if is_isotropic(model) else np.concatenate([np.pi * steps, -np.pi * steps])

@@ -42,25 +42,14 @@ _UNTESTED = "Not tested between measured angles (Error at Unseen Angles does tha
 
 
 class Verdict(NamedTuple):
-    """What is known of a fit's worth.
+    """What is known of a fit's worth; errors in steps of lightness, `UNKNOWN` where nothing tells them, angles in
+    degrees."""
 
-    Attributes
-    ----------
-    match, between : float
-        The error at the samples, and at samples that the fit had not seen, steps of lightness; `UNKNOWN` where nothing
-        tells it.
-    farthest : float
-        The largest measured polar angle, degrees.
-    hole : float
-        The widest hole between samples, degrees (see `coverage`).
-    least : float
-        The largest measured polar angle of the other direction, degrees, light or viewer; 0 where it is not known.
-    """
-
-    match: float
-    between: float
-    farthest: float
-    hole: float
+    match: float        # the error at the samples,
+    between: float      # and at samples that the fit had not seen
+    farthest: float     # the largest measured polar angle
+    hole: float         # the widest hole between samples (see `coverage`)
+    # the largest measured polar angle of the other direction, light or viewer; 0 where it is not known
     least: float = 0.0
 
 
@@ -76,14 +65,7 @@ UNPREDICTED = Judgement("Whether the photographs are described rightly is not ju
 
 
 def lightness_error(samples: Samples, predicted: FloatArray) -> float:
-    """The root mean square error of predictions (n, channels), 1/sr, in delta L*, the steps of lightness.
-
-    Examples
-    --------
-    >>> grey = Samples([0], [0], [0], [0], [[0.125 / np.pi]])
-    >>> round(lightness_error(grey, np.array([[0.216 / np.pi]])), 9)
-    10.0
-    """
+    """The root mean square error of predictions (n, channels), 1/sr, in delta L*, the steps of lightness."""
     measured, fitted = (_lightness(samples, values) for values in (samples.values, predicted))
     return 100 * float(np.sqrt(np.mean((fitted - measured) ** 2)))
 
@@ -154,11 +136,6 @@ def extrapolated_share(verdict: Verdict) -> float:
 
     Of the light that a Lambertian ball sends to a far camera, sin^2 t comes from where the viewer is up to t from the
     normal, and of that sin^2 t from light up to t.
-
-    Examples
-    --------
-    >>> round(extrapolated_share(Verdict(0.4, 3.0, 75.0, 12.0, 60.0)), 3)
-    0.3
     """
     if not verdict.least:
         return 0.0
@@ -173,15 +150,7 @@ def is_well(verdict: Verdict) -> bool:
 
 
 def sentence(verdict: Verdict) -> str:
-    """The verdict in plain words.
-
-    Examples
-    --------
-    >>> sentence(Verdict(0.4, 3.0, 70.3, 12.0))
-    'Matches the measurements: excellent. Between measured angles: good, uncertain beyond 70 degrees'
-    >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0)).partition('does that')[2]
-    '), uncertain in gaps of up to 31 degrees'
-    """
+    """The verdict in plain words."""
     between = _line_between_angles(verdict) if verdict.between >= 0 else _UNTESTED
     doubts = [] if verdict.farthest >= math.degrees(GRAZING) else [f"beyond {verdict.farthest:.0f} degrees"]
     if verdict.hole > WIDE_GAP:
@@ -192,15 +161,7 @@ def sentence(verdict: Verdict) -> str:
 
 def line(verdict: Verdict) -> str:
     """As `sentence`, in a line: of what lies between the measured angles, only that it is worse than good; and how much
-    of what one sees lies beyond them.
-
-    Examples
-    --------
-    >>> line(Verdict(0.4, 3.0, 70.3, 12.0))
-    'Matches the measurements: excellent'
-    >>> line(Verdict(0.4, 3.0, 75.0, 12.0, 60.0))
-    'Matches the measurements: excellent. Measured to 60 and 75 degrees, the rim is a guess (30 % of a ball)'
-    """
+    of what one sees lies beyond them."""
     between = f". {_line_between_angles(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else ""
     return f"{match_message(verdict).words}{between}{_extrapolation_message(verdict)}"
 

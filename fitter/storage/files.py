@@ -41,7 +41,8 @@ def read_bytes(path: str | Path, largest: int) -> bytes:
     try:
         if path.is_dir():
             raise DatasetError("a folder, not a file", path)
-        with open(path, "rb", opener=_open_without_waiting) as stream:
+        # a pipe, too, without waiting for its writer
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as stream:
             before = os.fstat(stream.fileno())
             if not stat.S_ISREG(before.st_mode):
                 raise DatasetError("not a file", path)
@@ -67,11 +68,6 @@ def time_and_size(path: str | Path) -> tuple[int, int] | None:
     return status.st_mtime_ns, status.st_size
 
 
-def _open_without_waiting(path: str, flags: int) -> int:
-    """Open a file; a pipe too, without waiting for its writer. An `opener` for `open`."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-
-
 def real_path(path: str | Path) -> Path:
     """The absolute path that links lead to. Where they lead in a circle, an OSError follows when it is opened."""
     return Path(os.path.realpath(path))
@@ -90,17 +86,13 @@ def strip_folders(source: str) -> str:
 
 @contextmanager
 def replace_file(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
-    """Write a new file and put it in the place of `path` once it is complete; on an error `path` stays as it was.
+    """Write a new file, of bytes or of text in UTF-8, and put it in the place of `path` once it is complete; on an
+    error `path` stays as it was.
 
     A link is followed: the file that it names is replaced. What a process has left that was killed while it wrote the
     same file is removed.
 
     Raises OSError if the file cannot be written, or `path` is something else than a file; `filename` is the path.
-
-    Parameters
-    ----------
-    mode : {"wb", "w"}
-        Bytes, or text in UTF-8.
 
     Examples
     --------
@@ -215,28 +207,14 @@ def _read_record(path: Path) -> dict[str, str]:
 
 @contextmanager
 def hold_lock(path: str | Path, wait: bool = False) -> Iterator[None]:
-    """Hold the lock of a file: of all processes that ask for it, one at a time has it.
+    """Hold the lock of a file, which need not exist: of all processes that ask for it, one at a time has it, and others
+    wait or raise.
 
     The operating system locks a file beside it, `path` with ".lock", and unlocks it when the process ends, even if it
     crashes.
 
     Raises BlockingIOError if another process has the lock; the message names that process; and FileExistsError if
     something else has the name of the lock file.
-
-    Parameters
-    ----------
-    path
-        The file need not exist; its folder must.
-    wait
-        Wait for the lock, instead of raising an error.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> path = Path(tempfile.mkdtemp()) / "library.blend"
-    >>> with hold_lock(path):
-    ...     path.with_name("library.blend.lock").exists()
-    True
     """
     path = real_path(path)
     beside = path.with_name(path.name + ".lock")

@@ -55,11 +55,6 @@ def read(content: bytes, largest: int = LARGEST_ARCHIVE) -> dict[str, NDArray[An
     """The arrays of an .npz file, by name; they are read-only.
 
     Raises ValueError if the file is damaged, or is no archive of plain arrays, in all of `largest` bytes at most.
-
-    Examples
-    --------
-    >>> {name: array.tolist() for name, array in read(to_bytes({"diffuse": np.arange(3.0)})).items()}
-    {'diffuse': [0.0, 1.0, 2.0]}
     """
     _check_directory(content)
     arrays: dict[str, NDArray[Any]] = {}

@@ -150,7 +150,7 @@ def test_every_lattice_index_has_the_same_slot_in_osl_as_in_numpy(probe, curet, 
     rendered = probe(fit, f"if (pixel < {count}) {{ {find} }}", count)
     slots = fit.specular.index.slots(np.arange(count))
     np.testing.assert_array_equal(rendered[:, 0] - 1, slots)
-    assert (np.sort(slots[slots >= 0]) == np.arange(len(fit.specular))).all()
+    assert (np.sort(slots[slots >= 0]) == np.arange(fit.specular.count)).all()
 
 
 def test_directions_about_lamps_follow_the_density_that_is_reported(probe, curet):

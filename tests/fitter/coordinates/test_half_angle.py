@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import project
 
@@ -18,8 +19,7 @@ def rotated(w, axis, angle):
 def test_the_coordinates_are_those_of_rusinkiewiczs_angles(random, stretch, back):
     theta_i, theta_o = np.arccos(random.random((2, 400)))
     phi = 2 * np.pi * random.random(400)
-    i = np.stack([np.sin(theta_i), 0 * phi, np.cos(theta_i)], axis=1)
-    o = np.stack([np.sin(theta_o) * np.cos(phi), np.sin(theta_o) * np.sin(phi), np.cos(theta_o)], axis=1)
+    i, o = unit_vectors(theta_i, 0.0), unit_vectors(theta_o, phi)
     half = i + o
     half /= np.linalg.norm(half, axis=1)[:, None]
     theta_h, phi_h = np.arccos(half[:, 2]), np.arctan2(half[:, 1], half[:, 0])

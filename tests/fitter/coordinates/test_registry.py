@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.coordinates import COORDINATES, ISOTROPIC_AXES
 from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from fitter.coordinates.half_angle import HalfAngle
@@ -26,10 +27,6 @@ def pairs(random):
     theta_i, theta_o, delta_phi = np.concatenate([special, random.random((3, 500)) * [[1.57], [1.57], [6.28]]], axis=1)
     phi_i = random.random(len(theta_i)) * 6.28
     return theta_i, phi_i, theta_o, phi_i + delta_phi
-
-
-def vectors(theta, phi):
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
 def test_systems_are_entered_under_their_names():
@@ -69,8 +66,8 @@ def test_decode_gives_the_pair_up_to_rotation_and_mirror_image(system, pairs):
     accuracy = max(2e-5, 1e-3 * getattr(system, "softening", 0) * (system.axes[0] == "d"))
     np.testing.assert_allclose(theta_i, pairs[0], atol=accuracy)
     np.testing.assert_allclose(theta_o, pairs[2], atol=accuracy)
-    found = (vectors(theta_i, phi_i) * vectors(theta_o, phi_o)).sum(axis=1)
-    expected = (vectors(pairs[0], pairs[1]) * vectors(pairs[2], pairs[3])).sum(axis=1)
+    found = (unit_vectors(theta_i, phi_i) * unit_vectors(theta_o, phi_o)).sum(axis=1)
+    expected = (unit_vectors(pairs[0], pairs[1]) * unit_vectors(pairs[2], pairs[3])).sum(axis=1)
     np.testing.assert_allclose(found, expected, atol=2e-5)
 
 
@@ -89,8 +86,8 @@ def test_exchanged_directions_have_the_same_coordinates_and_turned_ones_do_not(s
 @every_anisotropic_system
 def test_decode_gives_the_pair_in_one_of_its_orders(system, pairs):
     theta_i, phi_i, theta_o, phi_o = system.decode(system.encode(*pairs))
-    found = vectors(theta_i, phi_i), vectors(theta_o, phi_o)
-    expected = vectors(*pairs[:2]), vectors(*pairs[2:])
+    found = unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
+    expected = unit_vectors(*pairs[:2]), unit_vectors(*pairs[2:])
     apart = [np.maximum(np.abs(found[0] - first).max(axis=1), np.abs(found[1] - second).max(axis=1))
              for first, second in (expected, expected[::-1])]
     # where both directions graze and mirror each other there is no half vector

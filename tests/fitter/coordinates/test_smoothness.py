@@ -7,6 +7,7 @@ step; a jump makes a difference that grows as its inverse square, a kink one tha
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors as unit
 from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
@@ -21,10 +22,6 @@ SEAMS = {
     "mirror reflection": [(a, 0.3, a, 0.3 + np.pi) for a in ANGLES],
     "the plane of incidence": [(a, 0.3, b, 0.3) for a in ANGLES for b in ANGLES],
 }
-
-
-def unit(theta, phi):
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
 def through(pair, step, t):

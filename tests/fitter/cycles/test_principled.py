@@ -5,6 +5,7 @@ import pytest
 
 import fitter
 from benchmarks.report.baselines import neural
+from fitter.arrays import unit_vectors
 from fitter.cycles import principled
 from fitter.cycles.principled import Principled, albedo
 from fitter.quality.physics import directional_albedo
@@ -58,9 +59,7 @@ class Textbook:
         self.color, self.f0, self.alpha = np.array(color), f0, roughness ** 2
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
-        wi, wo = (np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi),
-                                               np.cos(theta) + 0 * phi), axis=-1)
-                  for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+        wi, wo = unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
         h = (wi + wo) / np.linalg.norm(wi + wo, axis=-1, keepdims=True)
         tan2 = 1 / h[..., 2] ** 2 - 1
         d = 1 / (np.pi * self.alpha ** 2 * h[..., 2] ** 4 * (1 + tan2 / self.alpha ** 2) ** 2)

@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from fitter.colours import conversion
 from fitter.imaging import pictures, plane_plot
 from fitter.imaging.drawing import BACKGROUND, INK, Canvas
 from fitter.imaging.lobe import plane_curve
 from fitter.imaging.plane_plot import PAIR, Plotted
+from fitter.methods import prior
 from support.anisotropic import brushed_fit
 
 
@@ -98,13 +100,9 @@ def test_a_curve_follows_the_lights_azimuth_on_an_anisotropic_material():
 
 def test_a_wider_space_has_its_own_luminance():
     """The same stimulus in two spaces: one curve, so B covers A everywhere."""
-    from fitter.colours import conversion
-
     wide = Lobe(9, *(conversion("Rec.709", "Rec.2020") @ RED.colour))
     picture = compared(RED, wide, 0.5, 200, space="Rec.2020")
-    plot = picture
-    orange = np.abs(plot[..., :3] - PAIR[0][:3]).max(axis=-1) < 0.1
-    blue = np.abs(plot[..., :3] - PAIR[1][:3]).max(axis=-1) < 0.1
+    orange, blue = (np.abs(picture[..., :3] - color[:3]).max(axis=-1) < 0.1 for color in PAIR)
     assert not orange.any()
     assert blue.sum() > 100
 
@@ -121,10 +119,6 @@ def test_text_is_as_wide_as_it_says_and_stands_on_its_base_line(string):
 
 
 def test_grey_and_coloured_materials_are_compared():
-    class Grey:
-        def evaluate(self, theta_i, phi_i, theta_o, phi_o):
-            return np.full((len(theta_o), 1), 0.2)
-
-    picture = compared(Grey(), Lobe(0, 0.2 / 1.1, 0.2 / 1.1, 0.2 / 1.1), 0.5, 200)
+    picture = compared(prior.lambertian(np.array([[0.2]])), Lobe(0, 0.2 / 1.1, 0.2 / 1.1, 0.2 / 1.1), 0.5, 200)
     orange = np.abs(picture[..., :3] - PAIR[0][:3]).max(axis=-1) < 0.1
     assert not orange.any()                         # covered by B, which is equal

@@ -2,17 +2,28 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline, NdBSpline
 
+from fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
 from fitter.coordinates.nusselt import Nusselt
 from fitter.lattice import dense
 
 
-def random_points(random, count):
-    theta_i, theta_o, delta_phi = random.random((3, count)) * np.array([[np.pi / 2], [np.pi / 2], [np.pi]])
-    return Nusselt().encode(theta_i, 0, theta_o, delta_phi)
+def random_points(random, count, axes=3):
+    """Coordinates of pairs of directions at random, (count, axes)."""
+    if axes == 3:
+        theta_i, theta_o, delta_phi = random.random((3, count)) * np.array([[np.pi / 2], [np.pi / 2], [np.pi]])
+        return Nusselt().encode(theta_i, 0, theta_o, delta_phi)
+    theta_i, theta_o = np.arccos(random.random((2, count)))
+    return AnisotropicNusselt().encode(theta_i, 2 * np.pi * random.random(count), theta_o,
+                                       2 * np.pi * random.random(count))
 
 
-def random_lattice(random, level, channels=2):
-    return random.standard_normal((*dense.shape(level), channels))
+def levels(of_three, of_four):
+    return pytest.mark.parametrize(("level", "axes"), [*((level, 3) for level in range(of_three)),
+                                                       *((level, 4) for level in range(of_four))])
+
+
+def random_lattice(random, level, axes=3, channels=2):
+    return random.standard_normal((*dense.shape(level, axes), channels))
 
 
 def test_the_basis_is_the_uniform_cubic_b_spline():
@@ -21,25 +32,25 @@ def test_the_basis_is_the_uniform_cubic_b_spline():
     np.testing.assert_allclose(dense.weights(s), expected, atol=1e-15)
 
 
-@pytest.mark.parametrize("level", range(6))
-def test_evaluate_is_the_tensor_product_spline_of_scipy(random, level):
-    points = random_lattice(random, level)
-    x = random_points(random, 300)
+@levels(6, 4)
+def test_evaluate_is_the_tensor_product_spline_of_scipy(random, level, axes):
+    points = random_lattice(random, level, axes)
+    x = random_points(random, 300, axes)
     m = dense.cells(level)
     knots = tuple((first - 2 + np.arange(count + 4)) / m
-                  for first, count in zip(dense.origin(level), dense.shape(level), strict=True))
+                  for first, count in zip(dense.origin(level, axes), dense.shape(level, axes), strict=True))
     spline = NdBSpline(knots, points, k=3)
     for times in ((1, 1), (5, 1)):      # few points and many are evaluated in two ways
         found = dense.evaluate(points, level, np.tile(x, times))
         np.testing.assert_allclose(found, np.tile(spline(x), times), atol=1e-12)
 
 
-@pytest.mark.parametrize("level", range(8))
-def test_refinement_changes_nothing_but_the_lattice(random, level):
-    points = random_lattice(random, level, 1)
-    x = random_points(random, 200)
+@levels(8, 4)
+def test_refinement_changes_nothing_but_the_lattice(random, level, axes):
+    points = random_lattice(random, level, axes, 1)
+    x = random_points(random, 200, axes)
     fine = dense.refine(points, level)
-    assert fine.shape[:3] == dense.shape(level + 1)
+    assert fine.shape[:-1] == dense.shape(level + 1, axes)
     np.testing.assert_allclose(dense.evaluate(fine, level + 1, x), dense.evaluate(points, level, x), atol=1e-13)
 
 
@@ -55,19 +66,20 @@ def test_constant_and_linear_functions_are_reproduced_from_their_coefficients(ra
     np.testing.assert_allclose(dense.evaluate(points, level, x), expected, atol=1e-13)
 
 
-@pytest.mark.parametrize("level", range(7))
-def test_reachable_holds_every_control_point_that_is_read_and_few_others(random, level):
-    x = random_points(random, 200_000)
-    x[:3] = [[0.5, 0.5, 0.5], [1, 0, 0.5], [1, 0.5, 1]]
+@levels(7, 5)
+def test_reachable_holds_every_control_point_that_is_read_and_few_others(random, level, axes):
+    x = random_points(random, 200_000 if axes == 3 else 400_000 if level == 3 else 50_000, axes)
+    if axes == 3:
+        x[:3] = [[0.5, 0.5, 0.5], [1, 0, 0.5], [1, 0.5, 1]]
     first, _ = dense.locate(x, level)
     assert first.min() >= 0
-    read = np.zeros(dense.shape(level), dtype=bool)
-    for offset in np.ndindex(4, 4, 4):
+    read = np.zeros(dense.shape(level, axes), dtype=bool)
+    for offset in np.ndindex(*axes * [4]):
         read[tuple((first + offset).T)] = True
-    reachable = dense.reachable(level)
+    reachable = dense.reachable(level, axes)
     assert not (read & ~reachable).any()
-    if level <= 4:                      # enough points to touch every cell
-        assert reachable.sum() <= 1.02 * read.sum()
+    if level <= {3: 4, 4: 3}[axes]:     # enough points to touch nearly every cell
+        assert reachable.sum() <= {3: 1.02, 4: 1.15}[axes] * read.sum()
 
 
 def test_the_box_is_about_a_quarter_of_the_full_lattice():

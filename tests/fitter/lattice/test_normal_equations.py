@@ -7,6 +7,7 @@ import pytest
 
 from fitter.lattice import dense
 from fitter.lattice.normal_equations import NormalEquations, gains
+from tests.fitter.lattice.test_dense import random_points
 
 
 @pytest.fixture
@@ -18,43 +19,53 @@ def x(random):
     return np.concatenate([scattered, clustered, on_faces])
 
 
-def images(level):
+def images(level, axes=3):
     """The control points of the box that are images of each other: a list of arrays."""
-    representative = dense.representative(level).ravel()
+    representative = dense.representative(level, axes).ravel()
     return [np.flatnonzero(representative == one) for one in np.unique(representative)]
 
 
 def column(x, level, points):
     """The spline at x whose control points are 1 at some, and otherwise 0."""
-    box = np.zeros((math.prod(dense.shape(level)), 1))
+    shape = dense.shape(level, x.shape[1])
+    box = np.zeros((math.prod(shape), 1))
     box[points] = 1
-    return dense.evaluate(box.reshape(*dense.shape(level), 1), level, x)[:, 0]
+    return dense.evaluate(box.reshape(*shape, 1), level, x)[:, 0]
 
 
 @pytest.fixture
 def keys(random):
-    """Some control points of level 3 with all of their images."""
-    groups = images(3)
+    """Some control points of level 3."""
+    return some_keys(random, 3)
+
+
+def some_keys(random, level, axes=3):
+    """Some control points of a level with all of their images."""
+    groups = images(level, axes)
     return np.sort(np.concatenate([groups[k] for k in random.choice(len(groups), 60, replace=False)]))
 
 
-def test_the_control_points_are_those_of_least_squares(x, keys, random):
+@pytest.mark.parametrize(("axes", "low", "high", "within"), [(3, 2, 3, 1e-6), (4, 1, 2, 1e-5)])
+def test_the_control_points_are_those_of_least_squares(x, random, axes, low, high, within):
+    x, keys = x if axes == 3 else random_points(random, 3000, 4), some_keys(random, high, axes)
     z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
-    size = math.prod(dense.shape(2))
+    size = math.prod(dense.shape(low, axes))
     roots = random.standard_normal((size, size)), 0.5 * random.standard_normal((len(keys), len(keys)))
-    control_points = NormalEquations(x, [(2, None), (3, keys)]).solve(weights, z, [root.T @ root for root in roots])
+    norms = [root.T @ root for root in roots]
+    control_points = NormalEquations(x, [(low, None), (high, keys)]).solve(weights, z, norms)
 
     # one row for a sample and for each of a norm, one column for each unknown
-    groups = [*((2, group) for group in images(2)), *((3, group) for group in images(3) if np.isin(group, keys).any())]
+    groups = [*((low, group) for group in images(low, axes)),
+              *((high, group) for group in images(high, axes) if np.isin(group, keys).any())]
     rows = [np.stack([weights * column(x, level, group) for level, group in groups], axis=1)]
-    for root, of in zip(roots, (2, 3), strict=True):
-        rows.append(np.stack([root[:, group if of == 2 else np.isin(keys, group)].sum(axis=1) if level == of
+    for root, of in zip(roots, (low, high), strict=True):
+        rows.append(np.stack([root[:, group if of == low else np.isin(keys, group)].sum(axis=1) if level == of
                               else np.zeros(len(root)) for level, group in groups], axis=1))
     wanted = np.concatenate([weights[:, None] * z, np.zeros((len(roots[0]) + len(roots[1]), 2))])
     expected = np.linalg.lstsq(np.concatenate(rows), wanted, rcond=None)[0]
     for (level, group), value in zip(groups, expected, strict=True):
-        mine = control_points[0][group] if level == 2 else control_points[1][np.isin(keys, group)]
-        assert mine == pytest.approx(np.broadcast_to(value, mine.shape), abs=1e-6)
+        mine = control_points[0][group] if level == low else control_points[1][np.isin(keys, group)]
+        assert mine == pytest.approx(np.broadcast_to(value, mine.shape), abs=within)
 
 
 def test_the_order_of_the_lattices_does_not_matter(x, keys, random):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fitter.quality.cross_validation import cube_root
 from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, between, brushed_fit, rotations
 from support.cases import quick, release
+from tests.fitter.methods.test_many_samples import relative
 
 TRUTHS = {truth.name: truth for truth in ANISOTROPIC}
 COUNT = 8000                # directions between the samples
@@ -23,12 +25,6 @@ def measured(truth, directions, noise=0.005, seed=0):
     values = truth.evaluate(*directions)
     random = np.random.default_rng(seed)
     return Samples(*directions, values * (1 + noise * random.standard_normal(values.shape)), RGB, isotropic=False)
-
-
-def error(model, truth, directions):
-    """Of cube roots, relative to the truth's."""
-    true = cube_root(directions[2], truth.evaluate(*directions))
-    return np.sqrt(np.mean((cube_root(directions[2], model.evaluate(*directions)) - true) ** 2) / np.mean(true ** 2))
 
 
 @cache
@@ -45,10 +41,10 @@ def standard(name):
 @pytest.mark.parametrize("name", quick(["lacquered b", "woven b"], "lacquered b"))
 def test_between_the_samples_it_has_less_than_half_of_the_error_of_other_models(name):
     truth, unseen = TRUTHS[name], between(COUNT)
-    ours = error(standard(name), truth, unseen)
+    ours = relative(truth, standard(name), unseen)
     others = fitter.fit(samples(name), 2, 4, 93.0), fitter.fit(replace(samples(name), isotropic=True), **STANDARD)
     assert others[0].nbytes >= standard(name).nbytes
-    assert ours <= 0.5 * min(error(each, truth, unseen) for each in others)
+    assert ours <= 0.5 * min(relative(truth, each, unseen) for each in others)
     assert ours < 0.03
 
 
@@ -84,18 +80,9 @@ def test_noise_and_holes_leave_a_smooth_fit(random):
     kept = subset(noisy, ~hole)
     fitted = fitter.fit(kept, **STANDARD)
     assert hole.sum() > 300
-    assert error(fitted, truth, kept.directions) < 0.85 * error(Measured(kept), truth, kept.directions)
-    assert error(fitted, truth, subset(noisy, hole).directions) < 0.03
-
-
-class Measured:
-    """A model that is the samples themselves."""
-
-    def __init__(self, held):
-        self._held = held
-
-    def evaluate(self, *_):
-        return self._held.values
+    as_measured = SimpleNamespace(evaluate=lambda *_: kept.values)
+    assert relative(truth, fitted, kept.directions) < 0.85 * relative(truth, as_measured, kept.directions)
+    assert relative(truth, fitted, subset(noisy, hole).directions) < 0.03
 
 
 @release
@@ -119,7 +106,7 @@ def test_isotropic_samples_fitted_as_anisotropic_give_the_isotropic_reflectance(
     truth = replace(TRUTHS["brushed a"], function=lambda *directions: brushed_fit(0.2, 0.2).evaluate(*directions))
     fitted = fitter.fit(measured(truth, rotations(8)), **fitter.PRESETS["Draft"])
     theta_i, phi_i, theta_o, phi_o = unseen = between(COUNT)
-    assert error(fitted, truth, unseen) < 0.01
+    assert relative(truth, fitted, unseen) < 0.01
     here, there = (cube_root(theta_o, fitted.evaluate(theta_i, phi_i + turn, theta_o, phi_o + turn))
                    for turn in (0, 1.3))
     assert np.sqrt(np.mean((here - there) ** 2) / np.mean(here ** 2)) < 0.01
@@ -129,7 +116,7 @@ def test_few_samples_are_enough_for_a_lobe(random):
     """150 samples at random: no lattice can be told by them, but a lobe can."""
     truth = TRUTHS["brushed a"]
     few = subset(samples("brushed a"), random.permutation(len(samples("brushed a")))[:150])
-    assert error(fitter.fit(few, **STANDARD), truth, between(COUNT)) < 0.1
+    assert relative(truth, fitter.fit(few, **STANDARD), between(COUNT)) < 0.1
 
 
 def test_the_papers_method_in_four_dimensions_meets_its_samples():
@@ -147,7 +134,7 @@ def test_the_papers_method_in_four_dimensions_meets_its_samples():
 @release
 def test_finer_levels_of_the_papers_method_are_truer_and_level_6_fits_in_memory():
     few = subset(samples("woven b"), np.random.default_rng(5).permutation(len(samples("woven b")))[:300])
-    errors = [error(fitter.fit(few, 2, level, compression), TRUTHS["woven b"], few.directions)
+    errors = [relative(TRUTHS["woven b"], fitter.fit(few, 2, level, compression), few.directions)
               for level, compression in ((3, 0.0), (4, 0.0), (6, 99.0))]
     assert errors[0] > max(errors[1:])
 

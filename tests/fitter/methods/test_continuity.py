@@ -14,6 +14,7 @@ import pytest
 
 import fitter
 from fitter import Samples
+from fitter.arrays import unit_vectors as unit
 from fitter.coordinates import ISOTROPIC_AXES
 from fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
 from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
@@ -31,10 +32,6 @@ KRIGED = "Draft", "Standard", "Reference"
 ANGLES = np.radians([3, 20, 45, 70, 85])
 REAL = [("leather", preset) for preset in KRIGED] + [("aluminum foil", preset) for preset in KRIGED] + [
     ("krylon_blue_RGB", "Standard"), ("garnet_red", "Standard")]
-
-
-def unit(theta, phi):
-    return np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)), -1)
 
 
 def angles(w):

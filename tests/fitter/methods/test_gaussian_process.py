@@ -142,7 +142,7 @@ def full_likelihood(mu, z, kernel):
 def test_a_search_finds_the_kernel_that_made_the_samples(random, noise):
     truth, mu = Kernel(1.0, noise), random.random((150, 3)) * [1, 2, 1] - [0, 1, 0]
     z = drawn(random, truth, mu)
-    likeliest = Search([lambda: mu], [z], [0.0], np.zeros(150)).maximise([0])
+    likeliest = Search([mu], [z], [0.0], np.zeros(150)).maximise([0])
     assert likeliest.value == pytest.approx(full_likelihood(mu, z, likeliest.kernel), abs=1e-5)
     assert likeliest.value > full_likelihood(mu, z, truth) - 1e-3
     assert noise / 10.1 <= likeliest.kernel.noise <= noise * 10.1
@@ -154,7 +154,7 @@ def test_a_search_finds_whether_samples_are_reciprocal(random, reciprocity):
     half = random.random((100, 3))
     mu = np.concatenate([half, half * [1, -1, 1]])
     z = drawn(random, Kernel(1.0, 1e-3, reciprocity), mu)
-    assert Search([lambda: mu], [z], [0.0], np.zeros(200)).maximise([0]).kernel.reciprocity == reciprocity
+    assert Search([mu], [z], [0.0], np.zeros(200)).maximise([0]).kernel.reciprocity == reciprocity
 
 
 def test_a_search_finds_the_stretch_that_made_the_samples(random):
@@ -167,7 +167,7 @@ def test_a_search_finds_the_stretch_that_made_the_samples(random):
 
     stretches = 0.0, 2.0, 5.0, 12.0, 33.0
     z = drawn(random, Kernel(1.0, 1e-4), encode(33.0))
-    search = Search([lambda k=k: encode(k) for k in stretches], [z], [0.0], np.zeros(150))
+    search = Search([encode(k) for k in stretches], [z], [0.0], np.zeros(150))
     assert stretches[search.maximise(range(5)).system] >= 12
 
 
@@ -176,7 +176,7 @@ def test_a_search_takes_the_likelier_prior_unless_its_penalty_is_larger(random):
     z = drawn(random, Kernel(0.8, 1e-3), mu)
     candidates = [z + 0.3 * random.standard_normal(z.shape), z]
     for penalty, expected in ((0.0, 1), (100.0, 0)):
-        likeliest = Search([lambda: mu], candidates, [0.0, penalty], np.zeros(100)).maximise([0])
+        likeliest = Search([mu], candidates, [0.0, penalty], np.zeros(100)).maximise([0])
         assert likeliest.prior == expected
         assert likeliest.value > -100
 
@@ -188,7 +188,7 @@ def test_noise_of_single_samples_counts(random):
     wrong = z.copy()
     wrong[7] += 100
     noise = np.where(np.arange(100) == 7, 1e8, 0.0)
-    values = [Search([lambda: mu], [each], [0.0], noise).maximise([0]).value for each in (z, wrong)]
+    values = [Search([mu], [each], [0.0], noise).maximise([0]).value for each in (z, wrong)]
     assert values[0] == pytest.approx(values[1], abs=1e-2)
 
 

@@ -50,6 +50,18 @@ def weights(samples, transform):
     return found / np.sqrt(np.mean(found ** 2))
 
 
+def norm_root(mu):
+    """The root of the norm of control points at places: by the inverse of their covariance."""
+    covariance = KERNEL.covariance(mu, mu) + 1e-4 * np.eye(len(mu))
+    return np.linalg.cholesky(np.linalg.inv(covariance)).T * np.sqrt(KERNEL.noise)
+
+
+def regularised(design, weight, root, z):
+    """NumPy's least squares of the weighted errors and a norm."""
+    return np.linalg.lstsq(np.concatenate([design * weight, root]),
+                           np.concatenate([z * weight, np.zeros((len(root), 2))]), rcond=None)[0]
+
+
 def test_the_norm_is_the_inverse_of_the_covariance_of_the_control_points_places():
     mu = places(2)
     matrix = lattices.precision(2, 3, KERNEL)
@@ -86,10 +98,7 @@ def test_many_samples_are_fitted_by_the_least_errors_and_norm(samples, transform
     fitted, _ = lattices.fit_to_samples(samples, coordinates, transform, KERNEL, Levels(2, None, 0.0))
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     design, mu, weight = basis(x, 2)[0], places(2), weights(samples, transform)[:, None]
-    covariance = KERNEL.covariance(mu, mu) + 1e-4 * np.eye(len(mu))
-    root = np.linalg.cholesky(np.linalg.inv(covariance)).T * np.sqrt(KERNEL.noise)
-    expected = np.linalg.lstsq(np.concatenate([design * weight, root]),
-                               np.concatenate([z * weight, np.zeros((len(mu), 2))]), rcond=None)[0]
+    expected = regularised(design, weight, norm_root(mu), z)
     np.testing.assert_allclose(fitted.evaluate(x), design @ expected, atol=2e-4)
 
 
@@ -108,9 +117,7 @@ def test_a_finer_dense_lattice_adds_what_lowers_the_errors(monkeypatch, samples,
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     design, weight = basis(x, 2)[0], weights(samples, transform)[:, None]
     root = independent(2, np.arange(np.prod(dense.shape(2))))
-    added = np.linalg.lstsq(np.concatenate([design * weight, root]),
-                            np.concatenate([(z - coarse.evaluate(x)) * weight, np.zeros((len(root), 2))]),
-                            rcond=None)[0]
+    added = regularised(design, weight, root, z - coarse.evaluate(x))
     np.testing.assert_allclose(fine.evaluate(x), coarse.evaluate(x) + design @ added, atol=2e-4)
 
 
@@ -136,8 +143,7 @@ def test_the_dense_lattice_of_a_field_moves_to_what_its_nodes_do_not_say(samples
     design, same = basis(x, 2)[0], dense.representative(2).ravel()
     root = np.diag(np.sqrt(lattices._PRIOR_PRECISION * np.unique(same, return_counts=True)[1]))
     before = dense.evaluate(box, 2, x)
-    moved = np.linalg.lstsq(np.concatenate([design * weight, root]),
-                            np.concatenate([(wanted - before) * weight, np.zeros((len(root), 2))]), rcond=None)[0]
+    moved = regularised(design, weight, root, wanted - before)
     np.testing.assert_allclose(fitted.evaluate(x), before + design @ moved, atol=2e-4)
     assert np.sqrt(np.mean((design @ moved) ** 2)) > 0.01
 
@@ -151,14 +157,10 @@ def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(s
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     every, first = basis(x, 3)
     kept = every[:, np.isin(first, dense.representative(3).ravel()[keys])]
-    mu, weight = places(1), weights(samples, transform)[:, None]
-    covariance = KERNEL.covariance(mu, mu) + 1e-4 * np.eye(len(mu))
-    norm = np.linalg.cholesky(np.linalg.inv(covariance)).T * np.sqrt(KERNEL.noise)
-    more = independent(3, keys)
+    norm, weight, more = norm_root(places(1)), weights(samples, transform)[:, None], independent(3, keys)
     design = np.concatenate([basis(x, 1)[0], kept], axis=1)
     root = np.block([[norm, np.zeros((len(norm), len(more)))], [np.zeros((len(more), len(norm))), more]])
-    expected = np.linalg.lstsq(np.concatenate([design * weight, root]),
-                               np.concatenate([z * weight, np.zeros((len(root), 2))]), rcond=None)[0]
+    expected = regularised(design, weight, root, z)
     np.testing.assert_allclose(fitted.evaluate(x) + sparse.evaluate(x), design @ expected, atol=2e-4)
 
 

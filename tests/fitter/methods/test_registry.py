@@ -51,16 +51,6 @@ def test_a_fit_is_finite_on_the_whole_hemisphere(samples, random, method, specul
 
 
 @every_method
-def test_a_fit_is_the_same_after_saving_and_loading(samples, random, method, tmp_path):
-    fit = fitter.fit(samples, **SIZE, method=method)
-    fit.save(tmp_path / "fit.npz")
-    pairs = directions(random, 1000)
-    loaded = Fit.load(tmp_path / "fit.npz")
-    np.testing.assert_array_equal(loaded.evaluate(*pairs), fit.evaluate(*pairs))
-    assert (loaded.channels, loaded.name, loaded.source) == (samples.channels, samples.name, samples.source)
-
-
-@every_method
 def test_a_constant_is_fitted_at_its_samples(random, method):
     white = Samples(*directions(random, 200), np.full((200, 1), 0.25))
     fit = fitter.fit(white, 3, 5, 80.0, method)

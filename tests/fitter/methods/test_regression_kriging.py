@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import integrate, interpolate
+from scipy import interpolate
 
 import fitter
 from fitter import Samples
@@ -73,7 +73,7 @@ def test_refitting_is_least_squares_over_the_kept_control_points(random, samples
     x = random.random((samples, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
     z, weights = random.standard_normal((samples, 2)), random.random(samples) + 0.1
     kept = least_squares.sparse_fit(x, z, weights, level, count)
-    assert count - 4 < len(kept) <= count
+    assert count - 4 < kept.count <= count
     same = dense.representative(level).ravel()
     free = np.unique(same[kept.index.keys])
     design = np.empty((samples, len(free)))
@@ -96,26 +96,6 @@ def test_equal_channels_are_stored_once(glossy):
     two = fitter.fit(Samples(*some.directions, some.values[:, :2], ("R", "G")), **STANDARD)
     np.testing.assert_array_equal(fit.evaluate(*some.directions), two.evaluate(*some.directions)[:, [0, 1, 1]])
     assert fit.nbytes == two.nbytes
-
-
-def test_a_fit_reflects_no_more_than_it_receives(random):
-    """Samples of a lobe that is too bright at grazing angles; the integral is SciPy's."""
-    lobe = microfacet.Microfacet(np.array([0.25]), np.array([[8.0]]), np.array([0.5]), np.array([2.0]), np.array([0.1]))
-    directions = scattered(random, 700)
-    samples = Samples(*directions, lobe.evaluate(*directions))
-    free, plausible = (fitter.fit(samples, **STANDARD, plausible=plausible) for plausible in (False, True))
-
-    def albedo(fit, theta_o):
-        theta, phi = (np.polynomial.legendre.leggauss(200)[0] + 1) / 2 * np.pi / 2, np.linspace(0, np.pi, 201)
-        f = fit.evaluate(theta[:, None], phi, theta_o, 0.0)[..., 0]
-        weight = np.polynomial.legendre.leggauss(200)[1] * np.pi / 4
-        return 2 * weight @ (integrate.simpson(f, x=phi, axis=1) * np.sin(theta) * np.cos(theta))
-
-    angles = np.radians([0, 30, 60, 75, 85, 89])
-    assert max(albedo(free, theta) for theta in angles) > 1.1
-    assert max(albedo(plausible, theta) for theta in angles) < 1.02
-    assert free.changes == ()
-    assert "albedo" in plausible.changes[0]
 
 
 NAMED = {"felt": 0.00077, "leather": 0.00091, "aluminum foil": 0.00131}
@@ -151,21 +131,6 @@ def test_with_its_negative_samples_krylon_too_has_half_of_the_error_of_plain_mba
     ours = cross_validation.cross_validate(samples, lambda seen: fitter.fit(seen, **STANDARD, plausible=False))
     mba = cross_validation.cross_validate(samples, lambda seen: fitter.fit(seen, 6, None))
     assert ours.cube_root_rmse < 0.5 * mba.cube_root_rmse
-
-
-@pytest.mark.parametrize("name", quick(["felt", "aluminum foil", "leather"], "leather"))
-def test_the_gradient_is_continuous_across_the_plane_of_incidence_and_through_normal_incidence(curet, name):
-    fit = fitter.fit(curet(name), **STANDARD)
-    h = 1e-6
-    theta = np.linspace(0.2, 1.4, 30)
-    # across the plane of incidence, behind and before: an even function of the azimuth has slope 0 there
-    for azimuth in (0, np.pi):
-        f = [fit.evaluate(theta, 0, 0.9 * theta, azimuth + k * h)[:, 0] for k in (0, 1)]
-        assert (np.abs(f[1] - f[0]) / h < 0.05 * np.abs(f[0]) + 1e-3).all()
-    # along a line of incident directions through the normal: the slopes from both sides agree
-    f = [fit.evaluate(abs(k * h), 0 if k >= 0 else np.pi, theta, 2.0)[:, 0] for k in (-2, -1, 0, 1, 2)]
-    before, behind = (f[1] - f[0]) / h, (f[4] - f[3]) / h
-    assert (np.abs(behind - before) < 0.05 * np.abs(f[2]) + 1e-3).all()
 
 
 def test_the_offset_is_typical_of_the_directions_though_most_samples_are_in_a_peak(random):

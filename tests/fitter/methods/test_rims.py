@@ -5,6 +5,7 @@ import pytest
 
 import fitter
 from fitter import Samples
+from fitter.arrays import unit_vectors
 from fitter.formats import rgl
 from fitter.methods import extrapolation, regression_kriging
 from support.cases import quick, release
@@ -92,8 +93,7 @@ def test_directions_that_stand_for_those_beyond_have_their_half_vectors(random):
     assert not extrapolation.is_extrapolated(inside[0], inside[2], margin).any()
 
     def half(theta_i, phi_i, theta_o, phi_o):
-        both = sum(np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=1)
-                   for t, p in ((theta_i, phi_i), (theta_o, phi_o)))
+        both = unit_vectors(theta_i, phi_i) + unit_vectors(theta_o, phi_o)
         return both / np.linalg.norm(both, axis=1, keepdims=True)
 
     near = np.arccos(np.clip(half(*pairs)[:, 2], -1, 1)) < limits.smaller - 1e-3

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fitter.model.fit import Fit
 from fitter.model.microfacet import KINDS, geometry, lobe, lobe_with_slopes, surface_components
 from fitter.quality.physics import direction_pairs
 from support.anisotropic import brushed_fit, ggx, turned, vectors
@@ -43,14 +42,6 @@ def test_a_quarter_turn_exchanges_the_widths():
                                brushed_fit(0.4, 0.1, 0.3).evaluate(theta_i, phi_i + quarter, theta_o, phi_o + quarter))
 
 
-def test_a_saved_fit_is_the_same(tmp_path):
-    fit = brushed_fit()
-    fit.save(tmp_path / "brushed.npz")
-    again = Fit.load(tmp_path / "brushed.npz")
-    assert not again.isotropic
-    np.testing.assert_array_equal(again.evaluate(*pairs()), fit.evaluate(*pairs()))
-
-
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("numbers", [(0.3, 2.5, 0.2, 0.5, 0.4), (0.2, 1.6, 0.8, 0.2, 0.0), (1.4, 3.0, 0.5, 0.6, -1.0),
                                      (0.5, 2.0, 0.1)], ids=str)
@@ -60,7 +51,8 @@ def test_slopes_of_a_lobe_are_those_of_small_steps(random, kind, numbers):
     theta_i, theta_o = np.arccos(random.uniform(0.02, 1, (2, 500)))
     directions = theta_i, random.uniform(0, 7, 500), theta_o, random.uniform(0, 7, 500)
     at, along = geometry(*directions), surface_components(*directions) if len(numbers) > 3 else None
-    value, slopes = lobe_with_slopes(kind, at, along, *numbers)
+    value, derivatives = lobe_with_slopes(kind, at, along, *numbers)
+    slopes = derivatives()
     np.testing.assert_array_equal(value, lobe(kind, at, along, *numbers))
     assert len(slopes) == len(numbers)
     for axis, slope in enumerate(slopes):

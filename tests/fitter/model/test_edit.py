@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import fitter
+from fitter.arrays import unit_vectors
 from fitter.errors import DatasetError
 from fitter.methods.editing import edited
 from fitter.model import edit
@@ -22,13 +23,9 @@ AZIMUTH = st.floats(-3.1, 3.1)
 ALL = {"diffuse": (0.5, 1.0, 2.0), "highlight": (3.0, 0.5, 1.0), "width": 1.7, "coat": 0.6, "coat_width": 0.1}
 
 
-def vectors(theta, phi):
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta) + 0 * phi], axis=-1)
-
-
 def ggx(alpha, theta_i, phi_i, theta_o, phi_o):
     """The distribution of half vectors alone, as Walter and others write it."""
-    h = vectors(theta_i, phi_i) + vectors(theta_o, phi_o)
+    h = unit_vectors(theta_i, phi_i) + unit_vectors(theta_o, phi_o)
     cosine = h[..., 2] / np.linalg.norm(h, axis=-1)
     tan2 = 1 / cosine ** 2 - 1
     return alpha ** 2 / (np.pi * cosine ** 4 * (alpha ** 2 + tan2) ** 2)
@@ -45,7 +42,7 @@ def test_a_widened_ggx_is_the_ggx_of_that_width(random, width):
     directions = random_pairs(random, 500, 1.2)
     unsplit = edit.Edit(np.ones(1), np.ones(1), np.full(1, 1e-12), width)
     found = unsplit.widen_highlight(lambda *at: ggx(0.2, *at)[:, None], *directions)[:, 0]
-    h = vectors(*directions[:2]) + vectors(*directions[2:])
+    h = unit_vectors(*directions[:2]) + unit_vectors(*directions[2:])
     # where neither direction comes to lie below the horizon, which moves it
     turned, _ = edit.narrow_directions(*directions, width)
     free = (turned[0] < 1.57) & (turned[2] < 1.57)
@@ -59,7 +56,7 @@ def test_a_widened_ggx_is_the_ggx_of_that_width(random, width):
 def test_both_directions_turn_with_the_half_vector(theta_i, phi_i, theta_o, phi_o, width):
     """The rotation that SciPy makes of the axis and of the angle between the half vectors."""
     directions = [np.array([each]) for each in (theta_i, phi_i, theta_o, phi_o)]
-    i, o = vectors(*directions[:2])[0], vectors(*directions[2:])[0]
+    i, o = unit_vectors(*directions[:2])[0], unit_vectors(*directions[2:])[0]
     h = (i + o) / np.linalg.norm(i + o)
     run = np.hypot(*h[:2])
     if run < 1e-3 or h[2] < 0.02:
@@ -70,7 +67,7 @@ def test_both_directions_turn_with_the_half_vector(theta_i, phi_i, theta_o, phi_
     found, _ = edit.narrow_directions(*directions, width)
     for at, each in zip(((found[0], found[1]), (found[2], found[3])), expected, strict=True):
         if each[2] > 1e-3:
-            np.testing.assert_allclose(vectors(*at)[0], each, atol=2e-5)
+            np.testing.assert_allclose(unit_vectors(*at)[0], each, atol=2e-5)
         else:
             assert np.cos(at[0][0]) < 2e-3
 
@@ -114,7 +111,7 @@ def test_the_coat_is_ggx_over_what_it_lets_through(random):
     directions = random_pairs(random, 100)
     directions[0][:], directions[2][:] = random.choice([0.2, 0.7, 1.2], (2, 100))
     lost = {theta: 0.7 * mirror_albedo(bare, theta)[0] for theta in (0.2, 0.7, 1.2)}
-    i, o = vectors(*directions[:2]), vectors(*directions[2:])
+    i, o = unit_vectors(*directions[:2]), unit_vectors(*directions[2:])
     for at, (a, b) in enumerate(zip(i, o, strict=True)):
         h = (a + b) / np.linalg.norm(a + b)
         d = ggx(0.3, *(each[at] for each in directions))

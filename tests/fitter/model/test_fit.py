@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.arrays import unit_vectors
 from support import truths
 
 
@@ -12,15 +13,11 @@ def fit(request):
     return fitter.fit(truths.TRUTHS["retro a"].measured("Cornell"), **fitter.PRESETS[request.param])
 
 
-def _vectors(theta, phi):
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-
-
 def test_values_belong_to_directions_not_to_the_angles_that_name_them(fit):
     random = np.random.default_rng(1)
     given = random.uniform(-3 * np.pi, 3 * np.pi, (4, 500))
     given[::2] = np.where(random.random((2, 500)) < 0.5, given[::2] / 6, given[::2])    # half of them above the horizon
-    x, y, z = np.moveaxis(_vectors(given[::2], given[1::2]), -1, 0)
+    x, y, z = np.moveaxis(unit_vectors(given[::2], given[1::2]), -1, 0)
     theta, phi = np.arccos(np.clip(z, -1, 1)), np.arctan2(y, x)
     below = (z < 0).any(axis=0)
     found = fit.evaluate(*given)

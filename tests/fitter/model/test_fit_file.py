@@ -2,17 +2,22 @@ import json
 import math
 import re
 import tracemalloc
+import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import fitter
+from fitter.cycles.bake import bake
 from fitter.model import fit_file
 from fitter.model.transform import LogRelative
 from fitter.samples import subset
 from support import hostile_fits
 from support.made_fits import MADE_FITS
 from support.mixtures import any_mixture
+
+DAMPED = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
 
 
 @pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
@@ -95,12 +100,6 @@ def test_damage_anywhere_in_the_file_is_refused_or_harmless(glossy, tmp_path, ra
     assert refused > 300
 
 
-def test_a_single_array_is_not_a_fit(tmp_path):
-    np.save(tmp_path / "x.npy", np.zeros(3))
-    with pytest.raises(fitter.DatasetError, match="not a fit"):
-        fitter.Fit.load(tmp_path / "x.npy")
-
-
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
     with pytest.raises(fitter.DatasetError, match="No such file"):
         fitter.Fit.load(tmp_path / "none.npz")
@@ -138,8 +137,6 @@ def npy(dtype, shape, data=b""):
     (b"\x93NUMPY\x03\x00" + bytes(99), "expected a short header of version 1.0"),
     (b"\x93NUMPY\x01\x00\xff\xff{'descr': __import__('os').system('true')}", "")])
 def test_a_hostile_array_is_refused_before_it_is_read(glossy, tmp_path, member, expected):
-    import zipfile
-
     path = tmp_path / "hostile.npz"
     fitter.fit(glossy, 1, None).save(path)
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
@@ -175,8 +172,7 @@ def test_the_fit_that_hostile_ones_are_made_from_is_read(tmp_path):
 @pytest.fixture(scope="module")
 def with_lobes():
     """A small fit with a prior of all lobes, and a mixture."""
-    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
-    return fit, any_mixture(fit)
+    return DAMPED, any_mixture(DAMPED)
 
 
 @pytest.mark.parametrize("number", [1e300, 3.5e38, np.inf, np.nan])
@@ -185,10 +181,6 @@ def with_lobes():
     ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("damping", "DAMPING"),
     ("stretch", "STRETCH"), ("colour", "MIXTURE"), ("turn", "PRINCIPAL_AZIMUTH")])
 def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes, field, constant, number):
-    from dataclasses import replace
-
-    from fitter.cycles.bake import bake
-
     fit, mixture = with_lobes
     if field == "diffuse":
         points = np.full_like(fit.diffuse.control_points, number, dtype=float)
@@ -208,10 +200,6 @@ def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes,
 
 
 def test_a_lobe_so_narrow_that_its_slope_overflows_is_not_baked(with_lobes):
-    from dataclasses import replace
-
-    from fitter.cycles.bake import bake
-
     fit, mixture = with_lobes
     prior = replace(fit.transform.prior, alpha=np.full(len(fit.transform.prior.alpha), 1e-20))
     with pytest.raises(ValueError, match="PRIOR_LOBES"):
@@ -255,8 +243,6 @@ def assert_same(back, fit):
 @pytest.mark.parametrize("plausible", [True, False])
 @pytest.mark.parametrize("name", MADE_FITS)
 def test_every_part_of_a_fit_comes_back(name, plausible, tmp_path):
-    from dataclasses import replace
-
     fit = MADE_FITS[name]
     fit = replace(fit, changes=("lowered",), transform=replace(fit.transform, floor=0.0 if plausible else -np.inf))
     fit.save(tmp_path / "fit.npz")
@@ -264,8 +250,6 @@ def test_every_part_of_a_fit_comes_back(name, plausible, tmp_path):
 
 
 def test_the_softening_of_a_fit_is_baked():
-    from fitter.cycles.bake import bake
-
     fit = MADE_FITS["half and difference, softened by 0.3, stretched by 12"]
     baked = float(re.search(r"#define SOFTENING_2 (\S+)", bake(fit, mixture=any_mixture(fit)))[1])
     assert baked == pytest.approx(0.3 ** 2, rel=1e-6)
@@ -293,20 +277,6 @@ def test_a_fit_of_the_half_angle_has_no_softening_of_its_own(tmp_path):
     assert fitter.Fit.load(tmp_path / "fit.npz").coordinates == fit.coordinates
 
 
-@pytest.fixture
-def damped(tmp_path):
-    """A file of a fit with all lobes, damping and stretch: how to write it with some entries changed, and its fit."""
-    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
-    fit.save(tmp_path / "fit.npz")
-    with np.load(tmp_path / "fit.npz") as file:
-        entries = dict(file)
-
-    def write(header=None, **arrays):
-        tamper(tmp_path / "bad.npz", entries, header, **arrays)
-        return tmp_path / "bad.npz"
-    return write, fit
-
-
 @pytest.mark.parametrize(("header", "message"), [
     ({"coordinates": "spherical"}, "coordinates are unknown"), ({"coordinates": ["rusinkiewicz"]}, ""),
     ({"transform": "linear"}, "transform is unknown"),
@@ -316,15 +286,17 @@ def damped(tmp_path):
     *(({"lobes": lobes}, "") for lobes in (
         ["mirror", "retro", "velvet"], ["mirror", "retro"], ["mirror"] * 4, "mirror", [], None, 3, [["mirror"]] * 3,
         {"mirror": 1, "retro": 2, "sheet": 3}))])
-def test_a_header_with_parts_that_do_not_exist_is_refused(damped, header, message):
-    path = damped[0](header)
+def test_a_header_with_parts_that_do_not_exist_is_refused(tmp_path, header, message):
+    path = tmp_path / "bad.npz"
+    tampered(DAMPED, path, header)
     with pytest.raises(fitter.DatasetError, match=rf"bad\.npz: a damaged fit.*{message}"):
         fitter.Fit.load(path)
 
 
 @pytest.mark.parametrize("missing", ["stretch", "softening", "lobes", "coordinates", "transform"])
-def test_a_header_without_a_part_of_its_version_is_refused(damped, tmp_path, missing):
-    with np.load(damped[0]()) as file:
+def test_a_header_without_a_part_of_its_version_is_refused(tmp_path, missing):
+    DAMPED.save(tmp_path / "fit.npz")
+    with np.load(tmp_path / "fit.npz") as file:
         entries = dict(file)
     header = json.loads(str(entries["header"]))
     del header[missing]
@@ -337,9 +309,9 @@ def test_a_header_without_a_part_of_its_version_is_refused(damped, tmp_path, mis
     lambda d: d - 1, lambda d: d + 1, lambda d: np.full_like(d, np.nan), lambda d: np.full_like(d, np.inf),
     lambda d: d[:-1], lambda d: d[:, :1], lambda d: d.astype(np.float32), lambda d: d[0, 0], lambda d: d.ravel(),
     lambda d: np.concatenate([d, d])], ids=range(10))
-def test_a_damping_that_is_not_a_factor_at_each_knot_is_refused(damped, damping):
-    write, fit = damped
-    path = write(damping=damping(fit.transform.damping))
+def test_a_damping_that_is_not_a_factor_at_each_knot_is_refused(tmp_path, damping):
+    path = tmp_path / "bad.npz"
+    tampered(DAMPED, path, damping=damping(DAMPED.transform.damping))
     with pytest.raises(fitter.DatasetError, match=r"bad\.npz: a damaged fit"):
         fitter.Fit.load(path)
 
@@ -349,10 +321,6 @@ HOSTILE = '"; */ } shader evil() { system("x"); } /* #include <x> \n#define SPAR
 
 def test_no_name_path_or_text_of_a_fit_becomes_code(glossy, tmp_path):
     """The baked source is the same to the letter, whatever the strings of the fit say."""
-    from dataclasses import replace
-
-    from fitter.cycles.bake import bake
-
     fit = fitter.fit(replace(glossy, name=HOSTILE, source=HOSTILE, channels=(HOSTILE, "#", "*/")), 1, 2)
     fit.save(tmp_path / "hostile.npz")
     loaded = fitter.Fit.load(tmp_path / "hostile.npz")
@@ -377,8 +345,6 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
                                   "half angle, stretched by 300, all lobes, damped"])
 def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, kind):
     """Each entry of a saved fit in turn holds text that would be code, a NaN, or another type."""
-    from fitter.cycles.bake import bake
-
     path = tmp_path / "fit.npz"
     fit = MADE_FITS[kind] if kind in MADE_FITS else fitter.fit(subset(glossy, slice(200)), 1, 3)
     fit.save(path)

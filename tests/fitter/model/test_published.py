@@ -9,11 +9,13 @@ import pytest
 import fitter
 from benchmarks.report.baselines import neural
 from fitter import cli
+from fitter.arrays import unit_vectors
 from fitter.formats import is_there, list_samples
 from fitter.imaging.pictures import lit_sphere
 from fitter.model import published
 from support.cases import quick
 from support.checkout import measurements
+from tests.fitter.library.test_ready import at_random
 
 # close to their models with Standard; foams and fabrics whose lobes hardly fall are the hardest
 LARGEST_ERRORS = {"chrome": 0.01, "steel": 0.02, "alum-bronze": 0.02, "gold-metallic-paint": 0.02, "red-plastic": 0.03,
@@ -91,13 +93,7 @@ def test_the_figures_are_those_that_were_published():
 def test_standard_comes_close_to_a_model_where_it_has_no_samples(name, random):
     model = published.find(name).model
     fitted = fitter.fit(fitter.load_published(name), **fitter.PRESETS["Standard"])
-    theta_i, theta_o = np.arccos(np.sqrt(random.uniform(np.cos(np.radians(80)) ** 2, 1, (2, 4000))))
-    phi_o = random.uniform(0, 2 * np.pi, 4000)
-    near = random.random(4000) < 0.5        # half of them at highlights
-    theta_o = np.where(near, np.abs(theta_i + np.sqrt(2 / model.b) * random.standard_cauchy(4000)), theta_o)
-    phi_o = np.where(near, np.pi, phi_o)
-    kept = theta_o < np.radians(80)
-    at = theta_i[kept], np.zeros(kept.sum()), theta_o[kept], phi_o[kept]
+    at = at_random(model, random)
     first, second = (np.cbrt(of.evaluate(*at) * np.cos(at[2])[:, None]) for of in (model, fitted))
     assert np.sqrt(np.mean((first - second) ** 2)) < LARGEST_ERRORS[name] * first.mean()
     difference = lit_sphere(model, 64)[..., :3] - lit_sphere(fitted, 64)[..., :3]
@@ -145,9 +141,8 @@ def test_no_file_with_the_name_of_a_virtual_path_is_opened(tmp_path, monkeypatch
 @pytest.mark.parametrize("name", ["black-fabric", "gold-polished", "gold-brushed"])
 def test_no_pair_of_directions_is_sampled_twice(name):
     """Where both are one, the azimuth of their difference says nothing: a ninth of the samples said the same."""
-    i, o = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1).round(9)
-            for theta, phi in (each for at in (published.directions(published.find(name).model),)
-                               for each in (at[:2], at[2:])))
+    at = published.directions(published.find(name).model)
+    i, o = unit_vectors(*at[:2]).round(9), unit_vectors(*at[2:]).round(9)
     assert len(np.unique(np.hstack([i, o]), axis=0)) == len(i)
 
 

@@ -6,7 +6,7 @@ from scipy import interpolate
 
 from fitter.coordinates.half_difference import project
 from fitter.model.microfacet import Microfacet
-from fitter.model.transform import LogRelative, bounded_log, factor_of_angle
+from fitter.model.transform import LogRelative, bounded_log
 from fitter.shader_constants import DAMPING_KNOTS
 
 GREY = Microfacet(np.array([0.2, 0.4]), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
@@ -39,27 +39,6 @@ def test_a_reflectance_is_the_field_of_the_formula_within_its_bounds(directions,
     assert np.isfinite(transform.reflectance(np.full((300, 2), 1e4), *directions)).all()
 
 
-def test_where_one_channel_meets_its_ceiling_the_colour_stays(directions):
-    field = np.log(np.outer(np.geomspace(1, 1e4, 300), [0.2, 0.1]) + 0.05) - np.log(GREY.kd + 0.05)
-    found = LogRelative(GREY, 0.05, np.array([0.7, 0.9]), 0.0).reflectance(field, *directions)
-    np.testing.assert_allclose(found[:, 0], 2 * found[:, 1], rtol=1e-9)
-    assert found.max() == pytest.approx(0.7)
-
-
-def test_the_ceiling_is_approached_smoothly(directions):
-    """Without a kink: at the bound itself second differences over their step squared have a limit."""
-    transform = LogRelative(GREY, 0.05, np.array([0.7, 0.7]), 0.0)
-    one = [each[:1] for each in directions]
-
-    def curvature(step):
-        values = 0.7 + step * np.array([-1.0, 0.0, 1.0])
-        field = np.log(values + 0.05)[:, None] - np.log(GREY.kd + 0.05)
-        below, at, above = (transform.reflectance(each[None], *one)[0, 0] for each in field)
-        return (below - 2 * at + above) / step ** 2
-
-    assert curvature(1e-4) == pytest.approx(curvature(1e-3), rel=0.01)
-
-
 def test_with_grey_negative_components_of_a_colour_have_a_logarithm(directions, random):
     prior = Microfacet(np.array([0.1, 0.2, 0.3]), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
     values = np.outer(0.1 + random.random(300), [-0.2, 1.0, 1.3])
@@ -87,27 +66,6 @@ def test_damping_multiplies_the_reflectance_by_a_factor_of_each_angle(directions
                                plain.reflectance(field, *directions) * factors[0] * factors[1], rtol=1e-12)
     np.testing.assert_allclose(spline(-project(directions[0])), factors[0], rtol=1e-12)
     assert damped.nbytes == plain.nbytes + 4 * 2 * DAMPING_KNOTS
-
-
-def test_a_damping_is_nowhere_larger_than_the_largest_of_four_control_points(random):
-    damping = random.random((DAMPING_KNOTS, 1))
-    theta = np.linspace(0, np.pi / 2, 1000)
-    found = factor_of_angle(damping, theta)[:, 0]
-    at = project(theta) * (DAMPING_KNOTS - 1)
-    near = np.abs(at[:, None] - np.arange(DAMPING_KNOTS)) < 2
-    assert (found <= np.where(near, damping[:, 0], 0).max(axis=1) + 1e-12).all()
-    assert (found >= np.where(near, damping[:, 0], 1).min(axis=1) - 1e-12).all()
-
-
-def test_a_damping_is_reciprocal_and_changes_nothing_where_it_is_1(directions, random):
-    plain = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0)
-    ones = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, np.ones((DAMPING_KNOTS, 2)))
-    some = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, random.random((DAMPING_KNOTS, 2)))
-    field = random.standard_normal((300, 2))
-    np.testing.assert_allclose(ones.reflectance(field, *directions), plain.reflectance(field, *directions), rtol=1e-13)
-    theta_i, phi_i, theta_o, phi_o = directions
-    np.testing.assert_allclose(some.reflectance(field, *directions),
-                               some.reflectance(field, theta_o, phi_o, theta_i, phi_i), rtol=1e-12)
 
 
 def test_the_logarithm_is_bounded_below_minus_the_offset():

@@ -10,6 +10,7 @@ from fitter.quality import albedo
 from fitter.quality.describe import describe
 from support import merl_files
 from support.cases import release
+from tests.fitter.quality.test_conventions import table
 
 
 def hemisphere(step=15):
@@ -74,9 +75,7 @@ def test_what_would_explain_next_to_no_light(tmp_path):
                                    "which MERL's scale has divided by 1500?")
     path.write_bytes(merl_files.pack(np.full((9, 9, 18, 3), 0.8 / np.pi)))
     assert not describe(fitter.load(path)).albedo.is_doubtful
-    path = tmp_path / "dark.csv"
-    path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
-        f"{i},{o},180,{0.1 / np.pi}\n" for i in (0, 30, 60) for o in range(0, 81, 10)))
+    path = table(tmp_path, ((i, o, 180, 0.1 / np.pi) for i in (0, 30, 60) for o in range(0, 81, 10)))
     assert not describe(fitter.load(path)).albedo.is_doubtful
     for quantity in ("brdf_percent", "reflectance_percent"):
         found = describe(fitter.load(path, quantity=quantity)).albedo
@@ -86,9 +85,7 @@ def test_what_would_explain_next_to_no_light(tmp_path):
 
 
 def test_the_issue_s_table_of_percent_is_told_in_the_description(tmp_path):
-    path = tmp_path / "white.csv"
-    path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
-        f"{i},{o},180,{96 + o / 40}\n" for i in (0, 30, 60) for o in range(0, 81, 10)))
+    path = table(tmp_path, ((i, o, 180, 96 + o / 40) for i in (0, 30, 60) for o in range(0, 81, 10)))
     row, = (row for row in describe(fitter.load(path)).rows() if row[0] == "Albedo")
     assert row[2]
     assert row[1].startswith("303 times the light that arrives: reflectance factors in percent?")
@@ -99,9 +96,8 @@ def test_the_issue_s_table_of_percent_is_told_in_the_description(tmp_path):
 def test_a_cosine_that_is_not_in_the_values_explains_what_dividing_by_it_does(tmp_path):
     i, o, apart = (np.degrees(np.ravel(angle)) for angle in hemisphere())
     o = np.where(o == 75, 86, o)
-    path = tmp_path / "white.csv"
-    path.write_text("theta_i,theta_o,phi,BRDF*cos_o\n" + "".join(
-        f"{a},{b},{c},{0.9 / np.pi}\n" for a, b, c in zip(i, o, apart, strict=True)))
+    rows = np.column_stack([i, o, apart, np.full(len(i), 0.9 / np.pi)])
+    path = table(tmp_path, rows, "theta_i,theta_o,phi,BRDF*cos_o")
     found = albedo.estimate(fitter.load(path))
     assert "without a cosine? (Values: brdf)" in found.text()
     assert not albedo.estimate(fitter.load(path, quantity="brdf")).is_doubtful
@@ -109,9 +105,7 @@ def test_a_cosine_that_is_not_in_the_values_explains_what_dividing_by_it_does(tm
 
 def test_radians_that_are_read_as_degrees_are_all_at_the_normal(tmp_path):
     i, o, apart = (np.ravel(angle) for angle in hemisphere())
-    path = tmp_path / "white.csv"
-    path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
-        f"{a},{b},{c},{0.9 / np.pi}\n" for a, b, c in zip(i, o, apart, strict=True)))
+    path = table(tmp_path, np.column_stack([i, o, apart, np.full(len(i), 0.9 / np.pi)]))
     assert albedo.estimate(fitter.load(path)).text().endswith(": angles in radians? (Angles: radians)")
     assert not albedo.estimate(fitter.load(path, angles="radians")).is_doubtful
 

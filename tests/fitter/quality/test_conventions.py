@@ -103,11 +103,10 @@ def test_few_samples_say_nothing(count):
     assert questions(Samples(angles, 0 * angles, angles, 0 * angles, np.full((count, 1), 0.3))) == ()
 
 
-def table(folder, rows):
+def table(folder, rows, names="theta_i[deg],theta_o[deg],phi[deg],BRDF"):
     """A table of polar angles, the azimuth between the directions, and a value."""
     path = folder / "table.csv"
-    path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n"
-                    + "".join(",".join(f"{x:.6f}" for x in row) + "\n" for row in rows))
+    path.write_text(f"{names}\n" + "".join(",".join(f"{x:.6f}" for x in row) + "\n" for row in rows))
     return path
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.arrays import unit_vectors
 from fitter.formats import rgl
 from support import checkout
 from support.cases import release
@@ -17,9 +18,7 @@ def ripple(surface, theta_i, theta_h):
     """How much the cube root of a BRDF varies, in waves of less than a seventh of a turn, on the circle of half vectors
     at an angle to the normal: standard deviation over the mean, of the worst channel."""
     azimuth = np.linspace(0, 2 * np.pi, COUNT, endpoint=False)
-    half = np.stack([np.sin(theta_h) * np.cos(azimuth), np.sin(theta_h) * np.sin(azimuth),
-                     np.full(COUNT, np.cos(theta_h))], axis=-1)
-    light = np.array([np.sin(theta_i), 0, np.cos(theta_i)])
+    half, light = unit_vectors(theta_h, azimuth), unit_vectors(theta_i, 0.0)
     view = 2 * (half @ light)[:, None] * half - light
     values = np.cbrt(np.maximum(surface.evaluate(np.full(COUNT, theta_i), np.zeros(COUNT), np.arccos(view[:, 2]),
                                                  np.arctan2(view[:, 1], view[:, 0])), 0))
