@@ -26,6 +26,7 @@ from bpy.app.handlers import persistent
 from ..annotations import not_none
 from ..blender import followers, shared_groups
 from ..blender.device import renders_on_gpu
+from ..registration import add_handlers, remove_handlers
 from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import node_tree
@@ -204,17 +205,13 @@ _LAMP_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": 
 
 def register() -> None:
     followers.followers.append(_on_new_groups)
-    for name, handler in _LAMP_HANDLERS.items():
-        getattr(bpy.app.handlers, name).append(handler)
+    add_handlers(_LAMP_HANDLERS)
 
 
 def unregister() -> None:
     if bpy.app.timers.is_registered(_retry):
         bpy.app.timers.unregister(_retry)
-    for name, handler in _LAMP_HANDLERS.items():
-        handlers = getattr(bpy.app.handlers, name)
-        if handler in handlers:
-            handlers.remove(handler)
+    remove_handlers(_LAMP_HANDLERS)
     if _on_new_groups in followers.followers:
         followers.followers.remove(_on_new_groups)
     _on_data_replaced()

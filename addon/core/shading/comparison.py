@@ -41,11 +41,6 @@ def find_pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.typ
     return None if other is None or other == material or not materials.is_shown(other) else other
 
 
-def register() -> None:
-    bpy.utils.register_class(MeasuredComparison)
-    bpy.types.Scene.measured_brdf_comparison = PointerProperty(type=MeasuredComparison, name="Compare Measured BRDFs")
-
-
-def unregister() -> None:
-    del bpy.types.Scene.measured_brdf_comparison
-    bpy.utils.unregister_class(MeasuredComparison)
+classes = (MeasuredComparison,)
+pointers = ((bpy.types.Scene, "measured_brdf_comparison",
+             PointerProperty(type=MeasuredComparison, name="Compare Measured BRDFs")),)

@@ -87,15 +87,9 @@ def _on_save(*_: object) -> None:
         _follow_all()
 
 
-def register() -> None:
-    bpy.app.handlers.depsgraph_update_post.append(_on_edit)
-    bpy.app.handlers.save_pre.append(_on_save)
-
-
 def unregister() -> None:
     _stop_waiting()
     _changed.clear()
-    for handlers, handler in ((bpy.app.handlers.depsgraph_update_post, _on_edit),
-                              (bpy.app.handlers.save_pre, _on_save)):
-        if handler in handlers:
-            handlers.remove(handler)
+
+
+handlers = {"depsgraph_update_post": _on_edit, "save_pre": _on_save}

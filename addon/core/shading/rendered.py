@@ -177,10 +177,4 @@ def _on_render(scene: bpy.types.Scene, *_: object) -> None:
         print(text, flush=True)
 
 
-def register() -> None:
-    bpy.app.handlers.render_init.append(_on_render)
-
-
-def unregister() -> None:
-    if _on_render in bpy.app.handlers.render_init:
-        bpy.app.handlers.render_init.remove(_on_render)
+handlers = {"render_init": _on_render}

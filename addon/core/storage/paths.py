@@ -119,18 +119,5 @@ def _on_import(context: Any) -> None:
                 setattr(owner, name, whole)
 
 
-_HANDLERS = {"save_pre": _on_saving, "save_post": _on_saved, "save_post_fail": _on_saved,
-             "blend_import_post": _on_import}
-
-
-def register() -> None:
-    for name, handler in _HANDLERS.items():
-        if hasattr(bpy.app.handlers, name):
-            getattr(bpy.app.handlers, name).append(handler)
-
-
-def unregister() -> None:
-    for name, handler in _HANDLERS.items():
-        handlers = getattr(bpy.app.handlers, name, ())
-        if handler in handlers:
-            handlers.remove(handler)
+handlers = {"save_pre": _on_saving, "save_post": _on_saved, "save_post_fail": _on_saved,
+            "blend_import_post": _on_import}

@@ -289,11 +289,5 @@ def default_choices(path: str) -> Choices:
     return SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": path})
 
 
-def register() -> None:
-    bpy.utils.register_class(MeasuredMaterial)
-    bpy.types.Material.measured_brdf = PointerProperty(type=MeasuredMaterial, name="Measured BRDF")
-
-
-def unregister() -> None:
-    del bpy.types.Material.measured_brdf
-    bpy.utils.unregister_class(MeasuredMaterial)
+classes = (MeasuredMaterial,)
+pointers = ((bpy.types.Material, "measured_brdf", PointerProperty(type=MeasuredMaterial, name="Measured BRDF")),)
