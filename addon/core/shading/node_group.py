@@ -224,10 +224,9 @@ def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types
 
 def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node, output: bpy.types.Node,
                   nodes: Nodes) -> None:
-    given = closure_nodes.Inputs(source.outputs["Tint"], source.outputs["Strength"], source.outputs["Normal"],
-                                 source.outputs.get("Tangent"), source.outputs.get("Rotation"))
+    inputs = dict(source.outputs.items())
     with _frame(tree, "Where the viewer is"):
-        frame = closure_nodes.add_frame(tree, given, nodes.cycles.turn, -3200, -400)
+        frame = closure_nodes.add_frame(tree, inputs, nodes.cycles.turn, -3200, -400)
     with _frame(tree, "Nodes: in Cycles without OSL"):
         in_cycles = closure_nodes.add_sum(tree, nodes.cycles, frame, -1200, -900)
     with _frame(tree, "In EEVEE"):
@@ -242,9 +241,8 @@ def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.
     surfaces = {CYCLES_OUTPUT: which.outputs[0], EEVEE_OUTPUT: in_eevee}
     if nodes.walk is not None:
         with _frame(tree, "Below the surface"):
-            surfaces = {name: closure_nodes.add_walk(tree, nodes.walk, name == CYCLES_OUTPUT,
-                                                     source.outputs[SCALE_INPUT], given, frame, above, -1200,
-                                                     900 - 400 * number)
+            surfaces = {name: closure_nodes.add_walk(tree, nodes.walk, name == CYCLES_OUTPUT, inputs, frame, above,
+                                                     -1200, 900 - 400 * number)
                         for number, (name, above) in enumerate(surfaces.items())}
     for name, surface in surfaces.items():
         tree.links.new(surface, output.inputs[name])
