@@ -14,6 +14,7 @@ from ....fitter.shader_constants import MOST_MIXED
 from .. import versions
 from ..annotations import not_none
 from ..blender import followers
+from ..blender.node_trees import use_nodes
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
 from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
@@ -32,8 +33,7 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
     """
     with new_data_removed_on_error():
         material = bpy.data.materials.new(outcome.measured.name)
-        use_nodes(material)
-        not_none(material.node_tree).nodes.clear()
+        use_nodes(material).nodes.clear()
         assign(material, outcome, choices, context, shader)
     return material
 
@@ -217,12 +217,6 @@ def is_as_made(material: bpy.types.Material) -> bool:
             and shows(material, "CYCLES") and not any(socket.is_linked for socket in node.inputs)
             and all(np.array_equal(defaults[socket.identifier], socket.default_value) for socket in node.inputs
                     if socket.identifier in defaults and not socket.hide_value))
-
-
-def use_nodes(material: bpy.types.Material) -> None:
-    """Give a new material a node tree."""
-    if bpy.app.version < (5, 0, 0):             # since then every material does
-        material.use_nodes = True
 
 
 def show(material: bpy.types.Material,

@@ -42,8 +42,10 @@ def test_one_that_cannot_be_made_leaves_nothing(making):
 
 @pytest.mark.parametrize("is_measured", [False, True])
 def test_one_that_cannot_be_given_a_fit_stays_as_it_was(making, is_measured):
+    from measured_brdf.addon.core.blender.node_trees import use_nodes
+
     material = making.module.create(*making.given) if is_measured else bpy.data.materials.new("Plain")
-    making.module.use_nodes(material)
+    use_nodes(material)
     making.break_last_step()
     before = state()
     with pytest.raises(ValueError, match="no more"):
