@@ -26,7 +26,7 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         mixed = bpy.data.materials.new(f"{first.name} + {second.name}")
         tree = use_nodes(mixed)
         tree.nodes.clear()
-        node, _ = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
+        node = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
         node.inputs[mix_group.FACTOR_INPUT].default_value = factor
         for each in tree.nodes:
             each.select = each == node

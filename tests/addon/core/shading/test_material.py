@@ -27,7 +27,7 @@ def making(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
         raise ValueError("no more")
 
     def break_last_step():
-        monkeypatch.setattr(module, "_finish_replacement", fail)
+        monkeypatch.setattr(module.followers, "followers", [fail])
 
     return SimpleNamespace(module=module, given=given, other=other, break_last_step=break_last_step)
 
