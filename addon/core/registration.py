@@ -19,23 +19,21 @@ class Registration:
         self._modules, self._additions = modules, additions
 
     def register(self) -> None:
-        """Register and append all."""
         for module in self._modules:
             for cls in getattr(module, "classes", ()):
                 bpy.utils.register_class(cls)
             for owner, name, pointer in getattr(module, "pointers", ()):
                 setattr(owner, name, pointer)
             add_handlers(getattr(module, "handlers", {}))
-            getattr(module, "register", _nothing)()
+            getattr(module, "register", lambda: None)()
         for place, item in self._additions:
             _find_list(place).append(item)
 
     def unregister(self) -> None:
-        """Take all back."""
         for place, item in reversed(self._additions):
             _find_list(place).remove(item)
         for module in reversed(self._modules):
-            getattr(module, "unregister", _nothing)()
+            getattr(module, "unregister", lambda: None)()
             remove_handlers(getattr(module, "handlers", {}))
             for owner, name, _ in getattr(module, "pointers", ()):
                 delattr(owner, name)
@@ -59,7 +57,3 @@ def remove_handlers(handlers: Mapping[str, Callable[..., None]]) -> None:
 
 def _find_list(place: Any) -> Any:
     return getattr(bpy.types, place) if isinstance(place, str) else place
-
-
-def _nothing() -> None:
-    """In the place of a function that a module does not have."""

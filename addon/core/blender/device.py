@@ -62,7 +62,6 @@ def _available(kind: str) -> frozenset[str]:
 
 @functools.cache
 def _read_requested_device(arguments: tuple[str, ...]) -> str:
-    """The type of device that the command line asks for, if any."""
     own = arguments[arguments.index(_OWN_ARGUMENTS) + 1:] if _OWN_ARGUMENTS in arguments else ()
     kind = ""
     for argument, following in zip(own, (*own[1:], ""), strict=False):

@@ -71,11 +71,9 @@ def sky_moves(world: bpy.types.World | None) -> bool:
 
 
 def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
-    """Write the lamps of an evaluated scene, of which something has changed."""
     is_free = is_main_thread_free()
     if changed.structure:
         light_objects.forget_layers()
-        instances.forget_collections()
         if is_free:
             group.merge()
             shared_groups.merge()
@@ -148,9 +146,7 @@ def _forget() -> None:
 
 def _may_write(scene: bpy.types.Scene) -> bool:
     """Whether no render can be reading what would be written now."""
-    if scene.render.use_lock_interface:
-        return True
-    return is_main_thread_free()
+    return bool(scene.render.use_lock_interface) or is_main_thread_free()
 
 
 def is_main_thread_free() -> bool:

@@ -37,7 +37,6 @@ class Spot(NamedTuple):
 
 
 def bright_spots(world: bpy.types.World | None) -> list[Spot]:
-    """The bright places of a world."""
     tree = world.node_tree if world is not None else None
     if tree is None:
         return []

@@ -241,7 +241,6 @@ def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> Sockets:
 
 
 def _group_outputs(tree: bpy.types.NodeTree, outputs: Sockets) -> None:
-    """Give a new group these outputs."""
     node = tree.nodes.new("NodeGroupOutput")
     node.location = 10 * _PLACE_WIDTH, 0
     for name, socket in outputs.items():

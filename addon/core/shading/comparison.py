@@ -13,15 +13,11 @@ from . import material as materials
 from .look import BALL, LIGHTINGS, SHAPES, STUDIO
 
 
-def _is_shown(_settings: Any, material: bpy.types.Material) -> bool:
-    return materials.is_shown(material)
-
-
 class MeasuredComparison(bpy.types.PropertyGroup):
     """Stored with the scene."""
 
     pinned: PointerProperty(
-        name="Compare With", type=bpy.types.Material, poll=_is_shown,
+        name="Compare With", type=bpy.types.Material, poll=lambda _, material: materials.is_shown(material),
         description="A measured material beside which the others are shown")
     divide: FloatProperty(
         name="Line", default=0.5, min=0, max=1, subtype="FACTOR",

@@ -70,7 +70,6 @@ class GltfHook:
     """What the exporter of glTF calls: its warnings are shown when it has finished."""
 
     def gather_material_hook(self, _made: Any, material: bpy.types.Material, settings: Any) -> None:
-        """Called for each material that is written."""
         for line in lost_in(material):
             if not line.startswith(f"{material.name}: {export_surface.NOT_EVERYWHERE}"):
                 settings["log"].warning(line, popup=True)

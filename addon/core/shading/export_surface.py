@@ -105,27 +105,13 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
 
 
 class Evaluated(NamedTuple):
-    """What is exported of a measured group or a mix, where it varies at texels.
+    """What is exported of a measured group or a mix, where it varies at texels."""
 
-    Attributes
-    ----------
-    values : dict
-        By the name of an input: (1 or 3,), or (height, width, 1 or 3), linear. Empty where a part is missing.
-    tint : (3,) or (height, width, 3) float64
-        Tint times Strength, which `values` have been multiplied by.
-    read : callable
-        The value of another input of the group or of a mix inside of it, as `tint`.
-    lost : list of str
-        What of it is not exported.
-    placed : Node, or None
-        The texels lie as the image of this node does.
-    """
-
-    values: _Values
-    tint: FloatArray
-    read: _Read
-    lost: list[str]
-    placed: bpy.types.Node | None
+    values: _Values     # by an input's name, (1 or 3,) or (height, width, 1 or 3), linear; empty if a part is missing
+    tint: FloatArray    # Tint times Strength, which `values` have been multiplied by: (3,) or (height, width, 3)
+    read: _Read         # the value of another input of the group or of a mix inside of it, as `tint`
+    lost: list[str]     # what of it is not exported
+    placed: bpy.types.Node | None       # the texels lie as the image of this node does
 
 
 def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
@@ -253,7 +239,6 @@ def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
 
 
 def _last_written(export: bpy.types.Node) -> _Values:
-    """The values that were last written."""
     return dict(export.get(_SHOWN, {}).items())
 
 

@@ -56,19 +56,15 @@ _SAMPLE = re.compile(r"Sample (\d+)/(\d+)")
 
 
 class Request(NamedTuple):
-    """What is rendered of the materials in a .blend that are named.
-
-    `world` is the name of the one that gives the light, empty where `lighting` is not WORLD; transform and exposure
-    (stops) are those of its view. `size` is in pixels on a side, `samples` per pixel.
-    """
+    """What is rendered of the materials in a .blend that are named."""
 
     materials: list[str]
-    world: str
+    world: str          # the name of the one that gives the light; empty where `lighting` is not WORLD
     shape: str
     lighting: str
-    size: int
-    samples: int
-    transform: str
+    size: int           # pixels on a side
+    samples: int        # per pixel
+    transform: str      # this and the exposure, in stops, are of the view
     exposure: float
 
 

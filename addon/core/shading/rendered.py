@@ -25,29 +25,16 @@ _NOT_COMPILED = "its shader is not compiled yet"
 
 
 class Rendered(NamedTuple):
-    """How a material is rendered.
+    """How a material is rendered."""
 
-    Attributes
-    ----------
-    how : str
-        `properties.EXACT` or NODES, or OTHER.
-    error, worst : float
-        The share of the light that goes in wrong directions, in the mean over the viewing angles and at the worst.
-    why : str
-        Why OSL does not run; empty if it does, and where closure nodes were chosen.
-    can_enable : bool
-        Whether OSL would run if the scene's settings for it were changed.
-    """
-
-    how: str
-    error: float
-    worst: float
-    why: str
-    can_enable: bool
+    how: str            # `properties.EXACT` or NODES, or OTHER
+    error: float        # the share of the light that goes in wrong directions, in the mean over the viewing angles
+    worst: float        # and at the worst
+    why: str            # why OSL does not run; empty if it does, and where closure nodes were chosen
+    can_enable: bool    # whether OSL would run if the scene's settings for it were changed
 
 
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
-    """How a measured material is rendered in a scene."""
     if not materials.shows(material, "EEVEE" if is_eevee_used(scene) else "CYCLES"):
         return Rendered(OTHER, 1.0, 1.0, "", False)
     tree, chosen = not_none(not_none(materials.surface_node(material)).node_tree), materials.get_rendering(material)
@@ -80,7 +67,6 @@ def subsurface_message(material: bpy.types.Material, scene: bpy.types.Scene) -> 
 
 
 def is_eevee_used(scene: bpy.types.Scene) -> bool:
-    """Whether EEVEE renders a scene."""
     return str(scene.render.engine) in _EEVEE_ENGINES
 
 
@@ -121,13 +107,7 @@ def sentence(found: Rendered, chosen: str) -> str:
 
 
 def rendering_words(found: Rendered, is_previewed: bool = False) -> str:
-    """How a material is rendered, in some four words.
-
-    Parameters
-    ----------
-    found : Rendered
-    is_previewed : bool
-        Whether a viewport shows another engine's preview.
+    """How a material is rendered, in some four words; `is_previewed` where a viewport shows another engine's preview.
     """
     if found.how == EXACT:
         return "Exact on final renders" if is_previewed else "Exact"

@@ -26,7 +26,6 @@ _MAKES_MESHES = {"NODES", "SCREW", "SKIN", "REMESH", "BUILD", "OCEAN", "FLUID"} 
 
 
 def anisotropic(item: bpy.types.Object) -> Iterator[bpy.types.Material]:
-    """The anisotropic measured materials of an object."""
     shown = dict.fromkeys(slot.material for slot in item.material_slots if slot.material is not None)
     yield from (material for material in shown if materials.tangent_input(material) is not None)
 

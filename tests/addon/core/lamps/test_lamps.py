@@ -3,6 +3,7 @@
 import functools
 import math
 import threading
+from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -46,6 +47,39 @@ def straighten(action):
     for curve in curves:
         for point in curve.keyframe_points:
             point.interpolation = "LINEAR"
+
+
+@pytest.fixture
+def material(blender, lamps, scene):
+    """That of a plane, with the lamp group in it."""
+    return use(blender, lamps.node_tree())
+
+
+@pytest.fixture
+def tree(material, lamps):
+    """The lamp group, which the material of a plane has in it."""
+    return lamps.node_tree()
+
+
+@contextmanager
+def handled(bpy, function, name="frame_change_post"):
+    """Blender calls a function within the block, as a handler of this name."""
+    handlers = getattr(bpy.app.handlers, name)
+    handlers.append(function)
+    try:
+        yield
+    finally:
+        handlers.remove(function)
+
+
+@contextmanager
+def unregistered(lamps):
+    """Nothing follows lamps within the block but drivers."""
+    lamps.unregister()
+    try:
+        yield
+    finally:
+        lamps.register()
 
 
 def use(bpy, tree):
@@ -103,75 +137,53 @@ def seen_in_frames(bpy, scene, folder, look):
         if depsgraph.mode == "RENDER":
             seen[scene.frame_current] = look(depsgraph)
 
-    bpy.app.handlers.frame_change_post.append(note)
     scene.frame_start, scene.frame_end, scene.frame_step = 1, 11, 5
     scene.render.filepath = str(folder / "frame")
-    try:
+    with handled(bpy, note):
         bpy.ops.render.render(animation=True)
-    finally:
-        bpy.app.handlers.frame_change_post.remove(note)
     assert sorted(seen) == [1, 6, 11]
     return seen
 
 
-@pytest.mark.parametrize("handled", [True, False])
-def test_moving_lamps_are_followed_in_every_frame_that_is_rendered(blender, lamps, scene, handled, tmp_path):
+@pytest.mark.parametrize("is_enabled", [True, False])
+def test_moving_lamps_are_followed_in_every_frame_that_is_rendered(blender, lamps, scene, is_enabled, tmp_path, tree):
     """Rendered without handlers, as on a farm without the extension: what the render's depsgraph evaluates."""
-    tree = lamps.node_tree()
-    use(blender, tree)
     at = moving_lamps(scene)
     blender.context.view_layer.update()
-    if not handled:
-        lamps.unregister()
-    try:
+    with nullcontext() if is_enabled else unregistered(lamps):
         seen = seen_in_frames(blender, scene, tmp_path, lambda depsgraph: known(tree, depsgraph))
-    finally:
-        if not handled:
-            lamps.register()
     for frame, values in seen.items():
         np.testing.assert_allclose(in_order(values), in_order(at(frame)), atol=2e-4, err_msg=str(frame))
     assert all(curve.driver.is_simple_expression and curve.driver.is_valid for curve in drivers_of(scene))
 
 
-def test_a_lamp_that_is_hidden_in_the_viewport_is_followed_in_the_render(blender, lamps, scene):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_a_lamp_that_is_hidden_in_the_viewport_is_followed_in_the_render(blender, lamps, scene, tree):
     lamp = add_lamp("POINT", 10, shadow_soft_size=0)
     lamp.hide_viewport = True
     blender.context.view_layer.update()
     lamp.location = (1, 2, 3)
-    lamps.unregister()
     seen = []
-    handlers = blender.app.handlers.frame_change_post
-    handlers.append(lambda _, depsgraph: seen.append(known(tree, depsgraph)))
-    try:
+    with unregistered(lamps), handled(blender, lambda _, depsgraph: seen.append(known(tree, depsgraph))):
         render(scene)
-    finally:
-        handlers.pop()
-        lamps.register()
     assert seen[0][0, :3] == pytest.approx((1, 2, 3))
 
 
-def test_a_lamp_that_is_gone_leaves_its_last_values_and_no_driver(blender, lamps, scene):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_a_lamp_that_is_gone_leaves_its_last_values_and_no_driver(blender, lamps, scene, tree):
     lamp = add_lamp("POINT", 10)
     linear(lamp, "location", (1, (1, 2, 3)), (11, (4, 5, 6)))
     blender.context.view_layer.update()
-    lamps.unregister()
-    blender.data.objects.remove(lamp)
-    blender.context.view_layer.update()
-    scene.frame_set(5)
-    assert known(tree)[0, :3] == pytest.approx((1, 2, 3))
-    lamps.register()
+    with unregistered(lamps):
+        blender.data.objects.remove(lamp)
+        blender.context.view_layer.update()
+        scene.frame_set(5)
+        assert known(tree)[0, :3] == pytest.approx((1, 2, 3))
     scene.frame_set(6)
     assert len(known(tree)) == 0
     assert len(drivers_of(scene)) == 0
 
 
 @pytest.mark.parametrize("kind", ["materials", "objects"])
-def test_still_lamps_have_no_drivers_and_drivers_bring_no_lamps_along(blender, lamps, scene, kind, tmp_path):
-    material = use(blender, lamps.node_tree())
+def test_still_lamps_have_no_drivers_and_drivers_bring_no_lamps_along(blender, scene, kind, tmp_path, material):
     plane, name = blender.context.object, blender.context.object.name
     still = add_lamp("POINT", 10)
     blender.context.view_layer.update()
@@ -189,8 +201,7 @@ def test_still_lamps_have_no_drivers_and_drivers_bring_no_lamps_along(blender, l
     assert [item.name for item in blender.data.objects] == [name] * (kind == "objects")
 
 
-def test_linked_groups_follow_the_lamps_of_the_file_that_links_them(blender, lamps, scene, tmp_path):
-    material = use(blender, lamps.node_tree())
+def test_linked_groups_follow_the_lamps_of_the_file_that_links_them(blender, scene, tmp_path, material):
     path = str(tmp_path / "library.blend")
     blender.data.libraries.write(path, {material})
     scene = black_scene(8, 8, 1, 1)
@@ -206,9 +217,7 @@ def test_linked_groups_follow_the_lamps_of_the_file_that_links_them(blender, lam
         np.testing.assert_allclose(in_order(known(tree)), in_order(at(frame)), atol=2e-4)
 
 
-def test_each_view_layer_is_rendered_with_its_own_lamps(blender, lamps, scene):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_each_view_layer_is_rendered_with_its_own_lamps(blender, scene, tree):
     layers = [scene.view_layers[0], scene.view_layers.new("Second")]
     for number in range(2):
         collection = blender.data.collections.new(f"Of layer {number}")
@@ -223,18 +232,13 @@ def test_each_view_layer_is_rendered_with_its_own_lamps(blender, lamps, scene):
         if depsgraph.mode == "RENDER":
             seen[depsgraph.view_layer.name] = known(tree)[:, 0].tolist()
 
-    blender.app.handlers.frame_change_post.append(look)
-    try:
+    with handled(blender, look):
         render(scene)
-    finally:
-        blender.app.handlers.frame_change_post.remove(look)
     assert seen == {layers[0].name: [1], "Second": [2]}
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SUN", "AREA"])
-def test_a_lamp_is_as_strong_as_its_exposure_makes_it(blender, lamps, scene, kind):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_a_lamp_is_as_strong_as_its_exposure_makes_it(blender, lamps, scene, kind, tree):
     light = add_lamp(kind, 10).data
     if not hasattr(light, "exposure"):
         pytest.skip("lamps have no exposure in this Blender")
@@ -250,9 +254,7 @@ def test_a_lamp_is_as_strong_as_its_exposure_makes_it(blender, lamps, scene, kin
         assert known(tree)[0, 4] == pytest.approx(2 ** (frame - 1) * before)
 
 
-def test_a_renamed_lamp_is_followed_on(blender, lamps, scene):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_a_renamed_lamp_is_followed_on(blender, scene, tree):
     lamp = add_lamp("POINT", 10)
     linear(lamp, "location", (1, (0, 0, 0)), (11, (10, 0, 0)))
     blender.context.view_layer.update()
@@ -283,10 +285,8 @@ def test_a_linked_and_a_local_lamp_of_one_name_are_told_apart(blender, lamps, sc
         assert sorted(known(tree)[:, 0]) == pytest.approx([frame - 1, 2 * (frame - 1)])
 
 
-def test_drivers_stay_where_lamps_change_in_brightness_only(blender, lamps, scene):
+def test_drivers_stay_where_lamps_change_in_brightness_only(blender, scene, tree):
     """An exchange would make Blender rebuild its dependency graph in every frame."""
-    tree = lamps.node_tree()
-    use(blender, tree)
     for number in range(2):
         linear(add_lamp("POINT", 1).data, "energy", (1, 10 * number), (11, 10 - 10 * number))
     blender.context.view_layer.update()
@@ -308,16 +308,10 @@ def animated_sky(scene):
     straighten(scene.world.node_tree.animation_data.action)
 
 
-def test_instanced_lamps_and_the_sky_are_followed_in_a_background_animation(blender, extension, lamps, scene, tmp_path):
-    tree = lamps.node_tree()
-    use(blender, tree)
-    collection = blender.data.collections.new("Lit")
+def test_instanced_lamps_and_the_sky_are_followed_in_a_background_animation(blender, extension, scene, tmp_path, tree):
     lamp = add_lamp("POINT", 10, (0, 0, 2), shadow_soft_size=0)
-    collection.objects.link(lamp)
+    empty = instance_by_collection(blender, scene, lamp)
     scene.collection.objects.unlink(lamp)
-    empty = blender.data.objects.new("Instancer", None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", collection
-    scene.collection.objects.link(empty)
     linear(empty, "location", (1, (0, 0, 0)), (11, (10, 0, 0)))
     animated_sky(scene)
     assert "lock_interface" in [finding.key for finding in extension.addon.core.checks.check(scene)]
@@ -346,9 +340,7 @@ def called_from_a_thread(function, failed, *arguments):
 
 @pytest.mark.parametrize(("locked", "written"), [(False, False), (True, True)])
 def test_a_render_thread_writes_and_evaluates_nothing_unless_the_interface_is_locked(
-        blender, lamps, scene, monkeypatch, locked, written):
-    tree = lamps.node_tree()
-    use(blender, tree)
+        blender, lamps, scene, monkeypatch, locked, written, tree):
     blender.context.view_layer.update()
     lamp = add_lamp("POINT", 10, (1, 2, 3))
     scene.render.use_lock_interface = locked
@@ -358,11 +350,10 @@ def test_a_render_thread_writes_and_evaluates_nothing_unless_the_interface_is_lo
     wrapped = functools.partial(called_from_a_thread, lamps._on_evaluation, failed)
     for name in names:
         getattr(blender.app.handlers, name).remove(lamps._on_evaluation)
-    blender.app.handlers.frame_change_post.append(wrapped)
     try:
-        scene.frame_set(5)
+        with handled(blender, wrapped):
+            scene.frame_set(5)
     finally:
-        blender.app.handlers.frame_change_post.remove(wrapped)
         for name in names:
             getattr(blender.app.handlers, name).append(lamps._on_evaluation)
         monkeypatch.undo()
@@ -382,9 +373,7 @@ def forbid(monkeypatch, lamps):
         monkeypatch.setattr(module, name, fail)
 
 
-def test_what_a_render_job_holds_up_is_done_after_it(blender, lamps, scene, monkeypatch):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_what_a_render_job_holds_up_is_done_after_it(blender, lamps, monkeypatch, tree):
     blender.context.view_layer.update()
 
     class App:
@@ -411,9 +400,8 @@ def test_what_a_render_job_holds_up_is_done_after_it(blender, lamps, scene, monk
     blender.app.timers.unregister(lamps._retry)
 
 
-def test_a_lamp_that_begins_to_move_by_itself_is_followed_at_once(blender, lamps, scene):
+def test_a_lamp_that_begins_to_move_by_itself_is_followed_at_once(blender, scene, tree):
     """Nothing of it has changed yet; a render job follows it by drivers alone."""
-    use(blender, lamps.node_tree())
     lamp = add_lamp("POINT", 10, (1, 2, 3))
     blender.context.view_layer.update()
     assert len(drivers_of(scene)) == 0
@@ -433,27 +421,30 @@ def node_values(tree):
     return nodes, [(link.from_node.name, link.to_socket.identifier) for link in tree.links]
 
 
-def test_a_change_of_a_lamp_changes_no_node(blender, lamps, scene):
-    """Cycles compiles materials again whenever their nodes change, or are marked as changed."""
-    tree = lamps.node_tree()
-    material = use(blender, tree)
-    lamp = add_lamp("AREA", 10, shape="DISK", size=1)
-    layer = blender.context.view_layer
-    layer.update()
-    before, told = node_values(tree), []
+@contextmanager
+def evaluated(bpy):
+    """The data-blocks that Blender evaluates within the block."""
+    told = []
 
     def tell(_, graph):
         told.extend(update.id.original for update in graph.updates)
 
-    blender.app.handlers.depsgraph_update_post.append(tell)
-    try:
+    with handled(bpy, tell, "depsgraph_update_post"):
+        yield told
+
+
+def test_a_change_of_a_lamp_changes_no_node(blender, scene, tree, material):
+    """Cycles compiles materials again whenever their nodes change, or are marked as changed."""
+    lamp = add_lamp("AREA", 10, shape="DISK", size=1)
+    layer = blender.context.view_layer
+    layer.update()
+    before = node_values(tree)
+    with evaluated(blender) as told:
         for owner, name, value in ((lamp, "location", (1, 2, 3)), (lamp.data, "energy", 5), (lamp.data, "size", 3),
                                    (lamp.data, "color", (1, 0, 0)), (lamp, "rotation_euler", (1, 0, 0))):
             setattr(owner, name, value)
             layer.update()
             layer.update()
-    finally:
-        blender.app.handlers.depsgraph_update_post.remove(tell)
     np.testing.assert_allclose(known(tree), [(1, 2, 3, 1.5, 5 / math.pi)], rtol=1e-6)
     assert node_values(tree) == before
     assert scene[POINTER] in told
@@ -469,8 +460,8 @@ def shows_places(material):
     tree.links.new(glow.outputs[0], output.inputs["Surface"])
 
 
-def test_a_render_with_kept_data_follows_a_lamp(blender, lamps, scene):
-    shows_places(use(blender, lamps.node_tree()))
+def test_a_render_with_kept_data_follows_a_lamp(blender, scene, material):
+    shows_places(material)
     scene.render.use_persistent_data = True
     assert render(scene)[4, 4, :3] == pytest.approx((0, 0, 0), abs=1e-6)
     lamp = add_lamp("POINT", 0.001, shadow_soft_size=0.1)
@@ -480,8 +471,7 @@ def test_a_render_with_kept_data_follows_a_lamp(blender, lamps, scene):
         assert render(scene)[4, 4, :3] == pytest.approx(place, abs=1e-6)
 
 
-def test_an_object_is_given_its_first_attribute_between_two_renders_with_kept_data(blender, lamps, scene):
-    material = use(blender, lamps.node_tree())
+def test_an_object_is_given_its_first_attribute_between_two_renders_with_kept_data(blender, scene, material):
     shows_places(material)
     add_lamp("POINT", 0.001, (0.25, 0.5, 0.75))
     above = add(blender.data.meshes["Plane"].copy(), (0, 0, 1))
@@ -514,9 +504,8 @@ def test_objects_point_to_the_carrier_as_long_as_they_have_a_measured_material(b
     assert len(blender.data.textures) == 1
 
 
-def test_an_object_of_no_scene_reads_the_lamps_of_one_and_keeps_to_them(blender, lamps, scene):
+def test_an_object_of_no_scene_reads_the_lamps_of_one_and_keeps_to_them(blender, scene, tree):
     """As in a collection that is instanced at another frame."""
-    use(blender, lamps.node_tree())
     lonely = blender.context.object.copy()
     other = another_scene(blender)
     blender.context.view_layer.update()
@@ -525,8 +514,7 @@ def test_an_object_of_no_scene_reads_the_lamps_of_one_and_keeps_to_them(blender,
     assert lonely[POINTER] == scene[POINTER]
 
 
-def test_no_carrier_is_made_for_materials_that_no_object_has(blender, lamps, scene):
-    material = use(blender, lamps.node_tree())
+def test_no_carrier_is_made_for_materials_that_no_object_has(blender, scene, material):
     blender.data.objects.remove(blender.context.object)
     material.use_fake_user = True
     add_lamp("POINT", 10)
@@ -571,9 +559,8 @@ def another_scene(bpy, *items):
     return other
 
 
-def test_each_scene_has_its_own_lamps_and_a_shared_object_those_of_the_scene_that_is_rendered(blender, lamps, scene):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_each_scene_has_its_own_lamps_and_a_shared_object_those_of_the_scene_that_is_rendered(
+        blender, lamps, scene, tree):
     plane = blender.context.object
     add_lamp("POINT", 10, (1, 0, 0), shadow_soft_size=0)
     lamp = add_lamp("POINT", 10, (2, 0, 0), shadow_soft_size=0)
@@ -590,19 +577,15 @@ def test_each_scene_has_its_own_lamps_and_a_shared_object_those_of_the_scene_tha
             assert carrier == rendered[POINTER]
             seen[rendered.name] = [carrier[f"Lamp{number + 1}"][0] for number in range(carrier["Lamps"])]
 
-    blender.app.handlers.frame_change_post.append(look)
-    try:
+    with handled(blender, look):
         for each in (scene, other, scene):
             blender.ops.render.render(scene=each.name)
-    finally:
-        blender.app.handlers.frame_change_post.remove(look)
     assert seen == {scene.name: [1], other.name: [2, 3]}
     # the group is shared: the scene with the most lamps says how many there are
     assert tree.nodes["Lamps"].outputs[0].default_value == 2
 
 
-def test_a_copied_scene_gets_a_carrier_of_its_own(blender, lamps, scene):
-    use(blender, lamps.node_tree())
+def test_a_copied_scene_gets_a_carrier_of_its_own(blender, lamps, scene, tree):
     add_lamp("POINT", 10, (1, 2, 3))
     blender.context.view_layer.update()
     first, copy = scene[POINTER], scene.copy()
@@ -660,8 +643,7 @@ def test_a_linked_object_reads_the_lamps_of_this_file(blender, lamps, scene, way
     assert plane[POINTER].library is not None, "of its own file: what points to local data does not outlive a save"
 
 
-def test_pointers_and_values_are_saved_undone_and_done_again(blender, lamps, scene, tmp_path):
-    use(blender, lamps.node_tree())
+def test_pointers_and_values_are_saved_undone_and_done_again(blender, lamps, tmp_path, tree):
     lamp = add_lamp("POINT", 10, (1, 2, 3))
     layer = blender.context.view_layer
     layer.update()
@@ -675,13 +657,10 @@ def test_pointers_and_values_are_saved_undone_and_done_again(blender, lamps, sce
         assert known()[0, :3] == pytest.approx(place)
     path = str(tmp_path / "saved.blend")
     blender.ops.wm.save_as_mainfile(filepath=path)
-    lamps.unregister()
-    try:
+    with unregistered(lamps):
         blender.ops.wm.open_mainfile(filepath=path)
         assert known()[0, :3] == pytest.approx((4, 5, 6))
         assert len(blender.data.textures) == 1
-    finally:
-        lamps.register()
 
 
 # --- what is inspected
@@ -758,12 +737,9 @@ def edits(bpy, scene, random):
         pick(collections).children.link(made)
 
     def instance():
-        empty = bpy.data.objects.new("E", None)
-        empty.instance_type = "COLLECTION"
         within = pick(collections[1:])
-        empty.instance_collection = within
+        empty = instancer(bpy, scene.collection, within)
         empty.location = random.random(3) * 9
-        scene.collection.objects.link(empty)
         if empty.name in within.all_objects:
             bpy.data.objects.remove(empty)
 
@@ -913,9 +889,7 @@ def points(bpy):
 
 @pytest.mark.parametrize("instanced", [instance_by_collection, instance_by_nested_collections, instance_by_vertices,
                                        instance_by_particles, instance_by_nodes])
-def test_lamps_that_are_instanced_are_found_and_followed(blender, lamps, scene, instanced):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_lamps_that_are_instanced_are_found_and_followed(blender, scene, instanced, tree):
     lamp = add_lamp("POINT", 10, (0, 0, 1), shadow_soft_size=0.1)
     scene.collection.objects.unlink(lamp)
     layer = blender.context.view_layer
@@ -936,17 +910,12 @@ def test_lamps_that_are_instanced_are_found_and_followed(blender, lamps, scene, 
         np.testing.assert_allclose(in_order(known(tree)), by_brute_force(scene, layer, layer.depsgraph), atol=1e-4)
 
 
-def test_edits_that_concern_no_instanced_lamp_look_at_no_instance(blender, lamps, scene, monkeypatch):
-    use(blender, lamps.node_tree())
+def test_edits_that_concern_no_instanced_lamp_look_at_no_instance(blender, lamps, scene, monkeypatch, tree):
     lit, dark = (blender.data.collections.new(name) for name in ("Lit", "Dark"))
     lamp = add_lamp("POINT", 10)
     inside = blender.data.objects.new("Inside", blender.data.meshes.new("Inside"))
     dark.objects.link(inside)
-    instancers = []
-    for collection in (dark, lit):
-        instancers.append(blender.data.objects.new("Instancer", None))
-        instancers[-1].instance_type, instancers[-1].instance_collection = "COLLECTION", collection
-        scene.collection.objects.link(instancers[-1])
+    instancers = [instancer(blender, scene.collection, collection) for collection in (dark, lit)]
     mesh = add(blender.data.meshes.new("Mesh"))
     material = blender.data.materials.new("Edited")
     mesh.data.materials.append(material)
@@ -993,9 +962,7 @@ def test_groups_of_other_versions_read_the_carrier_and_keep_the_number_of_their_
     assert lamps.node_tree() == trees[2]
 
 
-def test_a_group_knows_of_gpus(blender, lamps, scene, monkeypatch):
-    tree = lamps.node_tree()
-    use(blender, tree)
+def test_a_group_knows_of_gpus(blender, lamps, scene, monkeypatch, tree):
     add_lamp("POINT", 10, (1, 2, 3))
     for gpu in (True, False):
         monkeypatch.setattr(lamps, "renders_on_gpu", lambda scene, gpu=gpu: gpu)
@@ -1005,15 +972,10 @@ def test_a_group_knows_of_gpus(blender, lamps, scene, monkeypatch):
         assert len(known(tree)) == 3 - gpu
 
 
-def test_instanced_lamps_that_move_ask_for_lock_interface(blender, extension, lamps, scene):
-    use(blender, lamps.node_tree())
-    collection = blender.data.collections.new("Lit")
+def test_instanced_lamps_that_move_ask_for_lock_interface(blender, extension, scene, tree):
     lamp = add_lamp("POINT", 10)
-    collection.objects.link(lamp)
+    empty = instance_by_collection(blender, scene, lamp)
     scene.collection.objects.unlink(lamp)
-    empty = blender.data.objects.new("Instancer", None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", collection
-    scene.collection.objects.link(empty)
     blender.context.view_layer.update()
 
     def keys():
@@ -1028,28 +990,18 @@ def test_instanced_lamps_that_move_ask_for_lock_interface(blender, extension, la
     assert "lock_interface" not in keys()
 
 
-def test_how_many_there_are_is_written_without_copying_materials_which_are_taken_anew(blender, lamps, scene):
+def test_how_many_there_are_is_written_without_copying_materials_which_are_taken_anew(blender, lamps, tree, material):
     """Blender copies node trees with their bytecode wherever it copies; nodes of a copy lie elsewhere in memory."""
-    tree = lamps.node_tree()
-    material, graph = use(blender, tree), blender.context.view_layer.depsgraph
-    told = []
+    graph = blender.context.view_layer.depsgraph
 
     def places():
         return [node.as_pointer() for node in material.evaluated_get(graph).node_tree.nodes]
 
-    def tell(_, graph):
-        told.extend(update.id.original for update in graph.updates)
-
     blender.context.view_layer.update()
     before = places()
-    lamps.unregister()
-    blender.app.handlers.depsgraph_update_post.append(tell)
-    try:
+    with unregistered(lamps), evaluated(blender) as told:
         lamps.group.store(tree, 1, False)
         blender.context.view_layer.update()
-    finally:
-        blender.app.handlers.depsgraph_update_post.remove(tell)
-        lamps.register()
     assert material in told
     assert places() == before
     inner = next(node.node_tree for node in material.evaluated_get(graph).node_tree.nodes if node.type == "GROUP")
