@@ -1,24 +1,20 @@
 """A sum of Blender's closure nodes (`fitter.cycles.node_mixture`) in a node group, of groups that all materials share.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 import numpy as np
 
+from ....fitter.arrays import FloatArray, RealArray
+from ....fitter.cycles.node_lobes import Kind
+from ....fitter.cycles.node_mixture import NodeMixture
+from ....fitter.optics.subsurface import Walk
 from ....fitter.shader_constants import LEAST_FACING
 from ..blender.shared_groups import shared_group
-
-if TYPE_CHECKING:
-    from ....fitter.arrays import FloatArray, RealArray
-    from ....fitter.cycles.node_lobes import Kind
-    from ....fitter.cycles.node_mixture import NodeMixture
-    from ....fitter.optics.subsurface import Walk
 
 _DISTRIBUTIONS: dict[Kind, str] = {"GGX": "GGX", "Beckmann": "BECKMANN"}
 _UNCONNECTED = 0.5          # a normal or tangent that is shorter is an unconnected input

@@ -11,26 +11,21 @@ Tint and Strength multiply all that the closest Principled BSDF reflects. Where 
 mix, the products are baked: of the four formats glTF alone has a factor beside a texture.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
 
+from ....fitter.arrays import FloatArray
 from ....fitter.colours import DEFAULT_COLOURS, conversion
-from ....fitter.cycles.principled_bsdf import DIELECTRIC
+from ....fitter.cycles.principled_bsdf import DIELECTRIC, Principled
 from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
+from ..storage.outcomes import Surface
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
 from .export_inputs import ONE, Picture, Product
-
-if TYPE_CHECKING:
-    from ....fitter.arrays import FloatArray
-    from ....fitter.cycles.principled_bsdf import Principled
-    from ..storage.outcomes import Surface
 
 EXPORT_NAME = "Measured BRDF Export"
 BASE_COLOR, ROUGH_METAL = f"{EXPORT_NAME} Base Color", f"{EXPORT_NAME} Roughness and Metallic"  # Image Texture nodes
@@ -49,7 +44,7 @@ _HUE = 0.05                             # of a tint, largest less smallest over 
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
 _SMOOTH_ROUGHNESS = 0.3                 # roughness below which reflections are seen as such
 
-_Read = Callable[[bpy.types.NodeSocket], "FloatArray"]
+_Read = Callable[[bpy.types.NodeSocket], FloatArray]
 _Values = dict[str, Any]
 
 

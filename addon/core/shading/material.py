@@ -1,10 +1,8 @@
 """Makes materials of fits: puts a compiled shader where the surface of a material is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import bpy
 import numpy as np
@@ -17,12 +15,10 @@ from ..blender import followers
 from ..blender.node_trees import use_nodes
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
+from ..storage.outcomes import Outcome, Surface
 from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
 from . import export_surface, mixing, node_group
 from .compiler import Shader, compile_surface
-
-if TYPE_CHECKING:
-    from ..storage.outcomes import Outcome, Surface
 
 
 def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,

@@ -7,17 +7,15 @@ that link is dropped, and the factor has its own value, 0: the closure nodes. EE
 renders fewer kinds of closures.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import bpy
 
+from ....fitter import Fit
 from ....fitter.cycles.bake import SHADER_VERSION, bake, interface
-from ....fitter.cycles.node_mixture import node_mixtures
+from ....fitter.cycles.node_mixture import Nodes, node_mixtures
 from .. import lamps
 from ..annotations import not_none
 from ..blender import osl_support, shared_groups
@@ -25,10 +23,6 @@ from ..blender.node_trees import add_input
 from ..blender.transaction import new_data_removed_on_error
 from . import closure_nodes
 from .compiler import CompileError, Shader, compile_shader
-
-if TYPE_CHECKING:
-    from ....fitter import Fit
-    from ....fitter.cycles.node_mixture import Nodes
 
 GROUP_NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"

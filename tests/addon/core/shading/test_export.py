@@ -10,6 +10,7 @@ import pytest
 
 from fitter.colours import decode_srgb
 from fitter.cycles.principled_bsdf import Principled
+from support import checkout
 from support.cases import release
 from support.drawn import draw
 
@@ -17,8 +18,7 @@ CLOTH = Principled(np.array([0.6, 0.3, 0.1]), 0.45, 0.0, 0.3, np.array([0.5, 0.2
 CAR = Principled(np.array([0.8, 0.5, 0.2]), 0.55, 1.0, 0.5, coat_weight=0.7, coat_roughness=0.15)
 FIT = {"cloth": CLOTH, "car": CAR}
 EXACT = 1e-6
-
-
+EXPORT_NAME = "Measured BRDF Export"
 ALBEDO = np.array([0.5, 0.25, 0.125])
 
 
@@ -53,10 +53,12 @@ def material(blender):
     return material
 
 
-def update(material, close, **options):
-    from measured_brdf.addon.core.shading import export_surface
+def surface_module():
+    return checkout.extension().addon.core.shading.export_surface
 
-    export_surface.update(material, group(material), outcome(close, **options))
+
+def update(material, close, **options):
+    surface_module().update(material, group(material), outcome(close, **options))
 
 
 def group(material):
@@ -64,9 +66,15 @@ def group(material):
 
 
 def follow(material):
-    from measured_brdf.addon.core.shading import export_surface
+    surface_module().follow(material, group(material))
 
-    export_surface.follow(material, group(material))
+
+def losses(material):
+    return surface_module().losses(material)
+
+
+def exported_node(material):
+    return material.node_tree.nodes[EXPORT_NAME]
 
 
 def outputs(material):
@@ -76,6 +84,15 @@ def outputs(material):
 def highlight(index, level=0.5):
     """The reflectance at normal incidence of a Principled BSDF."""
     return ((index - 1) / (index + 1)) ** 2 * 2 * level
+
+
+def assert_fitted(surface, close):
+    """The base and the coat that an importer made are those of a Principled BSDF."""
+    for name, value in (("Base Color", close.base_color), ("Metallic", close.metallic),
+                        ("Roughness", close.roughness), ("Coat Weight", close.coat_weight)):
+        assert surface[name] == pytest.approx(value, abs=EXACT), name
+    if close.coat_weight:
+        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
 
 
 def imported(blender, importer, path):
@@ -103,18 +120,13 @@ def test_gltf_has_the_fitted_principled(blender, gltf, material, tmp_path, name)
     update(material, close)
     blender.ops.export_scene.gltf(filepath=str(tmp_path / "a.glb"))
     surface = imported(blender, blender.ops.import_scene.gltf, tmp_path / "a.glb")
-    assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
-    assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
-    assert surface["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
+    assert_fitted(surface, close)
     assert highlight(surface["IOR"], surface["Specular IOR Level"]) == pytest.approx(0.08 * close.specular_level,
                                                                                      abs=EXACT)
     assert surface["Sheen Weight"] == close.sheen_weight
     if close.sheen_weight:
         assert surface["Sheen Tint"] == pytest.approx(close.sheen_tint, abs=EXACT)
         assert surface["Sheen Roughness"] == pytest.approx(close.sheen_roughness, abs=EXACT)
-    assert surface["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
-    if close.coat_weight:
-        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
 
 
 def test_gltf_is_as_other_programs_read_it(blender, gltf, material, tmp_path):
@@ -138,13 +150,7 @@ def test_usd_has_the_fitted_preview_surface(blender, material, tmp_path, name):
     # the specification has no level of highlights beside the index
     assert highlight(float(re.search(r"float inputs:ior = (.*)", text)[1])) == pytest.approx(
         0.08 * close.specular_level, abs=EXACT)
-    surface = imported(blender, blender.ops.wm.usd_import, tmp_path / "a.usda")
-    assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
-    assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
-    assert surface["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
-    assert surface["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
-    if close.coat_weight:
-        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
+    assert_fitted(imported(blender, blender.ops.wm.usd_import, tmp_path / "a.usda"), close)
 
 
 @pytest.mark.parametrize("name", FIT)
@@ -221,15 +227,13 @@ def test_renderers_keep_their_outputs(blender, material):
 
 
 def test_a_level_that_a_user_has_set_or_disconnected_stays(blender, material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
     tree = material.node_tree
-    tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value = 0.2
+    tree.nodes[f"{EXPORT_NAME} Specular IOR Level"].outputs[0].default_value = 0.2
     update(material, CAR)
-    assert tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value == pytest.approx(0.2)
-    level = tree.nodes[export_surface.EXPORT_NAME].inputs["Specular IOR Level"]
-    assert highlight(tree.nodes[export_surface.EXPORT_NAME].inputs["IOR"].default_value) == pytest.approx(0.08 * 0.2)
+    assert tree.nodes[f"{EXPORT_NAME} Specular IOR Level"].outputs[0].default_value == pytest.approx(0.2)
+    level = exported_node(material).inputs["Specular IOR Level"]
+    assert highlight(exported_node(material).inputs["IOR"].default_value) == pytest.approx(0.08 * 0.2)
     tree.links.remove(level.links[0])
     level.default_value = 0.7
     update(material, CLOTH)
@@ -267,10 +271,8 @@ def test_colors_are_those_of_the_open_file(blender, material):
 
 
 def test_what_a_user_has_changed_outlives_another_fit(material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
-    node = material.node_tree.nodes[export_surface.EXPORT_NAME]
+    node = exported_node(material)
     node.inputs["Roughness"].default_value = 0.9
     for close in (CAR, CLOTH, CAR):
         update(material, close)
@@ -283,9 +285,7 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     write_astm(tmp_path / "glossy.astm", glossy)
     blender.ops.mesh.primitive_plane_add()
     assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
-    from measured_brdf.addon.core.shading import export_surface
-
-    made = blender.context.object.active_material.node_tree.nodes[export_surface.EXPORT_NAME]
+    made = exported_node(blender.context.object.active_material)
     expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}
     color = list(made.inputs["Base Color"].default_value)
     assert max(color[:3]) > 0.05
@@ -329,6 +329,20 @@ def image_node(blender, material, name, pixels, is_data=False):
     return node
 
 
+def add_normal_map(blender, material):
+    tree = material.node_tree
+    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
+    normal.inputs["Strength"].default_value = 0.75
+    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
+    tree.links.new(normal.outputs["Normal"], group(material).inputs["Normal"])
+
+
+def connect_checker(blender, material):
+    """Have an image in the tint: its node, and the link."""
+    texture = image_node(blender, material, "checker", CHECKER)
+    return texture, material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+
+
 CHECKER = np.kron(np.array([[1.0, 0.2], [0.4, 0.8]]), np.ones((4, 4)))[..., None] * np.array([1.0, 0.5, 0.25])
 MASK = np.kron(np.array([[0.0, 1.0], [0.5, 0.25]]), np.ones((4, 4)))[..., None] * np.ones(3)
 EIGHT_BITS = 0.006          # of linear values that were stored in 8 bits of sRGB, and again in those of a file
@@ -365,9 +379,7 @@ def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_pat
 def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, gltf, material, tmp_path):
     update(material, CLOTH)
     node = group(material)
-    texture = image_node(blender, material, "checker", CHECKER)
-    texture.extension = "EXTEND"
-    material.node_tree.links.new(texture.outputs["Color"], node.inputs["Tint"])
+    connect_checker(blender, material)[0].extension = "EXTEND"
     node.inputs["Strength"].default_value = STRENGTH
     follow(material)
     expected = decode_srgb(np.round(CHECKER * 255) / 255) * CLOTH.base_color * STRENGTH
@@ -391,15 +403,13 @@ def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, 
 
 
 def test_a_tinted_metal_keeps_its_edge(blender, material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CAR)
-    node, export = group(material), material.node_tree.nodes[export_surface.EXPORT_NAME]
+    node, export = group(material), exported_node(material)
     node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
     follow(material)
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx(TINT * STRENGTH, abs=EXACT)
     assert highlight(export.inputs["IOR"].default_value) == pytest.approx(0.08 * CAR.specular_level)
-    level = material.node_tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0]
+    level = material.node_tree.nodes[f"{EXPORT_NAME} Specular IOR Level"].outputs[0]
     assert level.default_value == pytest.approx(CAR.specular_level)
     node.inputs["Strength"].default_value = 0
     follow(material)
@@ -408,20 +418,16 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
 
 def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, material, tmp_path, capfd):
     import measured_brdf
-    from measured_brdf.addon.core.shading import export_surface
 
     update(material, CLOTH)
-    tree, node = material.node_tree, group(material)
+    node = group(material)
     node.inputs["Tint"].default_value = (0.5, 0.5, 0.5, 1)
     follow(material)
-    assert [line.split(" as ")[0] for line in export_surface.losses(material)] == ["In FBX highlights are"]
+    assert [line.split(" as ")[0] for line in losses(material)] == ["In FBX highlights are"]
     node.inputs["Tint"].default_value = (*TINT, 1)
-    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
-    normal.inputs["Strength"].default_value = 0.75
-    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
-    tree.links.new(normal.outputs["Normal"], node.inputs["Normal"])
+    add_normal_map(blender, material)
     follow(material)
-    told = export_surface.losses(material)
+    told = losses(material)
     assert [line.split(":")[0] for line in told] == ["In USD the normal map has a Strength of 1",
                                                      "In USD, OBJ and FBX highlights are white"]
     added = blender.context.preferences.addons.new()
@@ -434,8 +440,7 @@ def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, mater
 def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
     update(material, CLOTH)
     before = {node.name for node in material.node_tree.nodes}
-    texture = image_node(blender, material, "checker", CHECKER)
-    link = material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+    texture, link = connect_checker(blender, material)
     follow(material)
     assert len(blender.data.images) == 2
     material.node_tree.links.remove(link)
@@ -443,9 +448,7 @@ def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
     follow(material)
     assert {node.name for node in material.node_tree.nodes} == before
     assert [image.name for image in blender.data.images] == ["checker"]
-    from measured_brdf.addon.core.shading import export_surface
-
-    export = material.node_tree.nodes[export_surface.EXPORT_NAME]
+    export = exported_node(material)
     assert export.inputs["Base Color"].default_value[:3] == pytest.approx(CLOTH.base_color, abs=EXACT)
 
 
@@ -467,10 +470,7 @@ def test_brightness_beside_a_constant_in_strength_is_in_the_texture(blender, glt
 def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
     update(material, CLOTH)
     tree, node = material.node_tree, group(material)
-    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
-    normal.inputs["Strength"].default_value = 0.75
-    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
-    tree.links.new(normal.outputs["Normal"], node.inputs["Normal"])
+    add_normal_map(blender, material)
     follow(material)
     written, texels = gltf_written(blender, tmp_path / "a.gltf")
     assert written["normalTexture"]["scale"] == pytest.approx(0.75)
@@ -484,10 +484,9 @@ def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
 def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender, gltf, material, tmp_path, capfd,
                                                                         monkeypatch):
     import measured_brdf
-    from measured_brdf.addon.core.shading import export_surface
 
     update(material, CLOTH)
-    assert export_surface.losses(material) == []
+    assert losses(material) == []
     tree, node = material.node_tree, group(material)
     for kind, name in (("Noise", "Tint"), ("Noise", "Strength")):
         made = tree.nodes.new(f"ShaderNodeTex{kind}")
@@ -495,7 +494,7 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     bump = tree.nodes.new("ShaderNodeBump")
     tree.links.new(bump.outputs[0], node.inputs["Normal"])
     follow(material)
-    told = export_surface.losses(material)
+    told = losses(material)
     assert [line.split(":")[0] for line in told] == ["Tint", "Strength", "Normal"]
     monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
     of_dialog = SimpleNamespace(active_operator=SimpleNamespace(bl_idname="WM_OT_usd_export"))
@@ -513,12 +512,9 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
 
 
 def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(blender, material, tmp_path):
-    from measured_brdf.addon.core.shading import export_surface
-
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     update(material, CLOTH)
-    texture = image_node(blender, material, "checker", CHECKER)
-    material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+    connect_checker(blender, material)
     follow(material)
 
     def written(name):
@@ -527,16 +523,14 @@ def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(b
         return (tmp_path / "out" / named).is_file()
 
     (tmp_path / "out").mkdir()
-    told = [line for line in export_surface.losses(material) if "Unpack Resources" in line]
+    told = [line for line in losses(material) if "Unpack Resources" in line]
     assert (len(told), written("packed")) == (1, False)
     blender.ops.file.unpack_all(method="USE_LOCAL")
-    assert not any("Unpack Resources" in line for line in export_surface.losses(material))
+    assert not any("Unpack Resources" in line for line in losses(material))
     assert written("unpacked")
 
 
 def test_scripts_ask_what_is_lost(blender, material, capfd, monkeypatch):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
     monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
     blender.ops.measured_brdf.check_export()
@@ -545,17 +539,15 @@ def test_scripts_ask_what_is_lost(blender, material, capfd, monkeypatch):
     material.node_tree.links.new(noise.outputs[0], group(material).inputs["Tint"])
     follow(material)
     blender.ops.measured_brdf.check_export()
-    line, = export_surface.losses(material)
+    line, = losses(material)
     assert f"Warning: {material.name}: {line}" in capfd.readouterr().out
 
 
 def test_it_is_told_where_another_output_is_exported(blender, material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
     mine = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
     mine.name, mine.is_active_output = "Mine", True
-    assert export_surface.losses(material) == ["What other programs get is the surface at the output Mine"]
+    assert losses(material) == ["What other programs get is the surface at the output Mine"]
 
 
 def test_the_solid_colour_follows_and_a_metal_is_not_black_there(blender, material):
