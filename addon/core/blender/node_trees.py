@@ -1,5 +1,6 @@
-"""Node trees of materials, worlds and groups: making one, and the sockets of a group."""
+"""Node trees of materials, worlds and groups: making one, the inputs of a group, and what leads to an output."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import bpy
@@ -12,6 +13,18 @@ def use_nodes(owner: bpy.types.Material | bpy.types.World) -> bpy.types.NodeTree
     if bpy.app.version < (5, 0, 0):             # since then each has one
         owner.use_nodes = True
     return not_none(owner.node_tree)
+
+
+def list_upstream(links: Iterable[bpy.types.NodeLink]) -> list[bpy.types.Node]:
+    """The nodes that these links come from, and all nodes before those."""
+    nodes: list[bpy.types.Node] = []
+    waiting = list(links)
+    while waiting:
+        node = not_none(waiting.pop().from_node)
+        if node not in nodes:
+            nodes.append(node)
+            waiting += [link for socket in node.inputs for link in not_none(socket.links)]
+    return nodes
 
 
 def add_input(tree: bpy.types.NodeTree, name: str, kind: str, description: str, **settings: Any) -> Any:

@@ -12,7 +12,7 @@ from ....fitter.shader_constants import MOST_MIXED
 from .. import versions
 from ..annotations import not_none
 from ..blender import followers
-from ..blender.node_trees import use_nodes
+from ..blender.node_trees import list_upstream, use_nodes
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
 from ..storage.outcomes import Outcome, Surface
@@ -142,13 +142,9 @@ def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> b
     """Whether what a renderer takes as the surface of a material has a measured BRDF in it."""
     tree = not_none(material.node_tree)
     output = tree.get_output_node(engine)
-    left, seen = [output] if output is not None else [], set()
-    while left:
-        node = left.pop()
-        seen.add(node.name)
-        sockets = [node.inputs["Surface"]] if node == output else node.inputs
-        left += [link.from_node for socket in sockets for link in socket.links if link.from_node.name not in seen]
-    return any(node.name in seen for node in group_nodes(material)) or count_rendered(tree) > len(group_nodes(material))
+    seen = [] if output is None else list_upstream(not_none(output.inputs["Surface"].links))
+    measured = group_nodes(material)
+    return any(node in seen for node in measured) or count_rendered(tree) > len(measured)
 
 
 def count_rendered(tree: bpy.types.NodeTree | None) -> int:

@@ -40,19 +40,16 @@ def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     tree, chosen = not_none(not_none(materials.surface_node(material)).node_tree), materials.get_rendering(material)
     is_chosen = chosen == NODES and not is_eevee_used(scene)
     off = "" if is_chosen else osl_obstacle(scene)
-    why = off or ("" if is_chosen or _is_compiled(tree) else _NOT_COMPILED)
+    # of a mix nobody asks whether it is compiled
+    is_compiled = node_group.script_node(tree) is None or node_group.is_compiled(tree)
+    why = off or ("" if is_chosen or is_compiled else _NOT_COMPILED)
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
     can_enable = (bool(off) and chosen != NODES and not osl_support.reason_unavailable()
                   and device.effective_device(scene) in device.WITH_OSL)
-    if is_eevee_used(scene):
-        return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
-    return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
-
-
-def _is_compiled(tree: bpy.types.NodeTree) -> bool:
-    """Whether a measured group has its shader; that of a mix is not asked for."""
-    return node_group.script_node(tree) is None or node_group.is_compiled(tree)
+    error, worst = ((node_group.EEVEE_ERROR, node_group.EEVEE_WORST) if is_eevee_used(scene)
+                    else (node_group.NODES_ERROR, node_group.NODES_WORST))
+    return Rendered(NODES, tree[error], tree[worst], why, can_enable)
 
 
 def subsurface_message(material: bpy.types.Material, scene: bpy.types.Scene) -> str:

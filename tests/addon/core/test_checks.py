@@ -110,18 +110,6 @@ def test_the_command_reports_what_it_finds(blender, scene, capfd):
     assert "Clamp Indirect is 10" in capfd.readouterr().out
 
 
-def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tmp_path):
-    from measured_brdf.addon.core.shading.material import group_node
-
-    assert not blender.ops.measured_brdf.use_method.poll()
-    node = group_node(measured(blender, glossy, write_astm, tmp_path))
-    assert not node.inputs["Nodes"].default_value
-    assert blender.ops.measured_brdf.use_method(method="NODES") == {"FINISHED"}
-    assert node.inputs["Nodes"].default_value
-    assert blender.ops.measured_brdf.use_method(method="EXACT") == {"FINISHED"}
-    assert not node.inputs["Nodes"].default_value
-
-
 def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extension, scene, monkeypatch):
     lights = extension.addon.core.lamps.light_objects
     lamp, other = add_lamp("POINT", 10), add_lamp("POINT", 10)

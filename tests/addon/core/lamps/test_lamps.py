@@ -1050,15 +1050,6 @@ def test_nodes_of_this_file_are_written_at_once(lamps):
     assert first.mute, "not one by one"
 
 
-def test_an_update_while_a_render_reads_is_put_off(blender, extension, monkeypatch):
-    module, done = extension.addon.core.lamps, []
-    monkeypatch.setattr(module, "_may_write", lambda _scene: False)
-    monkeypatch.setattr(module, "_postpone", lambda: done.append("put off"))
-    monkeypatch.setattr(module, "_write_changes", lambda *_: done.append("written"))
-    module.update(blender.context.evaluated_depsgraph_get())
-    assert done == ["put off"]
-
-
 def test_without_a_measured_material_no_lamps_are_looked_for(blender, extension, monkeypatch):
     """In any other file the extension costs nothing."""
     module = extension.addon.core.lamps

@@ -33,6 +33,10 @@ def imported(scene, write_astm, glossy, tmp_path):
     return make
 
 
+def group(material):
+    return next(node for node in material.node_tree.nodes if node.type == "GROUP")
+
+
 def how(material):
     from measured_brdf.addon.core.shading import rendered
 
@@ -130,22 +134,11 @@ def test_eevee_has_its_own_nodes_and_error(scene, imported):
     found = how(material)
     assert found.how == "NODES"
     assert found.why == "the engine is EEVEE"
-    tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+    tree = group(material).node_tree
     assert (found.error, found.worst) == (tree["eevee_error"], tree["eevee_worst"])
     output = material.node_tree.get_output_node("EEVEE")
     assert output.inputs["Surface"].links[0].from_socket.name == "EEVEE"
     assert material.node_tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_socket.name == "BSDF"
-
-
-def test_a_mixed_material_has_all_its_groups_switched(scene, imported):
-    material = imported()
-    tree = material.node_tree
-    first = next(node for node in tree.nodes if node.type == "GROUP")
-    second = tree.nodes.new("ShaderNodeGroup")
-    second.node_tree = first.node_tree
-    assert bpy.ops.measured_brdf.use_method(method="NODES") == {"FINISHED"}
-    assert first.inputs["Nodes"].default_value
-    assert second.inputs["Nodes"].default_value
 
 
 def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported):
@@ -153,9 +146,8 @@ def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported)
     tree = material.node_tree
     for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]:
         tree.nodes.remove(node)
-    group = next(node for node in tree.nodes if node.type == "GROUP")
     mix, output = tree.nodes.new("ShaderNodeMixShader"), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(group.outputs["BSDF"], mix.inputs[1])
+    tree.links.new(group(material).outputs["BSDF"], mix.inputs[1])
     tree.links.new(mix.outputs[0], output.inputs["Surface"])
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
     assert [node.target for node in tree.nodes if node.type == "OUTPUT_MATERIAL"] == ["ALL"]
@@ -295,9 +287,10 @@ def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, 
 
 
 def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others(scene, imported):
+    assert not bpy.ops.measured_brdf.use_method.poll()
     material = imported()
-    tree = material.node_tree
-    first = next(node for node in tree.nodes if node.type == "GROUP")
+    tree, first = material.node_tree, group(material)
+    assert not first.inputs["Nodes"].default_value
     second = tree.nodes.new("ShaderNodeGroup")
     second.node_tree = first.node_tree
     outer = bpy.data.node_groups.new("mine", "ShaderNodeTree")
@@ -320,7 +313,7 @@ def test_a_script_that_names_fast_gets_nodes(scene, imported):
 
 def test_exact_everywhere_is_off_until_somebody_validates(scene, imported):
     material = imported()
-    node = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+    node = group(material)
     assert not node.inputs["Exact Everywhere"].default_value
     script = node.node_tree.nodes["Measured BRDF Shader"]
     assert script.inputs["Everywhere"].links[0].from_socket.name == "Exact Everywhere"
