@@ -4,6 +4,7 @@ docs/devices.md tells what Cycles does on which device. Handlers ask after each 
 takes long: Cycles lists devices only where a scene wants another than the CPU, and once a session for each type.
 """
 
+import argparse
 import functools
 import sys
 
@@ -13,8 +14,6 @@ CPU = "CPU"
 OPTIX = "OPTIX"
 WITH_OSL = CPU, OPTIX
 _NO_DEVICE = "", "NONE"
-_OPTION = "--cycles-device"
-_OWN_ARGUMENTS = "--"               # behind it, the command line is not Blender's
 _AND_CPU = "+CPU"
 
 
@@ -62,10 +61,7 @@ def _available(kind: str) -> frozenset[str]:
 
 @functools.cache
 def _read_requested_device(arguments: tuple[str, ...]) -> str:
-    own = arguments[arguments.index(_OWN_ARGUMENTS) + 1:] if _OWN_ARGUMENTS in arguments else ()
-    kind = ""
-    for argument, following in zip(own, (*own[1:], ""), strict=False):
-        name, is_given, value = argument.partition("=")
-        if name == _OPTION:
-            kind = value if is_given else following
-    return kind.upper()
+    own = arguments[arguments.index("--") + 1:] if "--" in arguments else ()      # not Blender's, but Cycles'
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--cycles-device", nargs="?")
+    return (parser.parse_known_args(own)[0].cycles_device or "").upper()

@@ -49,10 +49,8 @@ class _Builder:
     def put(self, socket: bpy.types.NodeSocket, value: _Value) -> None:
         if isinstance(value, bpy.types.NodeSocket):
             self.tree.links.new(value, socket)
-        elif isinstance(value, tuple) or socket.type != "VECTOR":
-            socket.default_value = value
         else:
-            socket.default_value = (value, value, value)
+            socket.default_value = value
 
     def group(self, kind: str, fill: Callable[[bpy.types.NodeTree], None], given: Mapping[str, _Value]
               ) -> bpy.types.Node:

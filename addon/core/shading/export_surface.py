@@ -313,15 +313,9 @@ def normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 
 
 def _follow_normal(tree: bpy.types.NodeTree, node: bpy.types.Node, export: bpy.types.Node) -> None:
-    wanted, normal = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None, export.inputs["Normal"]
-    link = not_none(normal.links)[0] if normal.is_linked else None
-    if link is not None and link.from_node.name != export.get(_NORMAL_SOURCE):
-        return                          # the user's own
-    if link is not None and link.from_socket != wanted:
-        tree.links.remove(link)
-    if wanted is not None and not normal.is_linked:
-        tree.links.new(wanted, normal)
-        export[_NORMAL_SOURCE] = wanted.node.name
+    wanted = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None
+    if _follow_link(tree, export.inputs["Normal"], wanted, export.get(_NORMAL_SOURCE, "")):
+        export[_NORMAL_SOURCE] = not_none(wanted).node.name
 
 
 def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> None:
@@ -331,15 +325,25 @@ def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> No
             if any(link.from_node == export for link in not_none(node.inputs["Surface"].links))]
     links = [link for node in ours for link in not_none(node.inputs["Displacement"].links)]
     before, wanted = export.get(_DISPLACED, ""), not_none(links[0].from_socket) if links else None
-    for socket in (node.inputs["Displacement"] for node in outputs if ours and node not in ours):
-        for link in not_none(socket.links):
-            if link.from_node.name == before and link.from_socket != wanted:
-                tree.links.remove(link)
-        if wanted is not None and not socket.is_linked:
-            tree.links.new(wanted, socket)
+    for node in outputs:
+        if ours and node not in ours:
+            _follow_link(tree, node.inputs["Displacement"], wanted, before)
     now = "" if wanted is None else wanted.node.name
     if now != before:
         export[_DISPLACED] = now
+
+
+def _follow_link(tree: bpy.types.NodeTree, target: bpy.types.NodeSocket, wanted: bpy.types.NodeSocket | None,
+                 before: str) -> bool:
+    """Connect an input to what is wanted, in the place of a link from the node `before`; the user's own stay. Whether
+    there is a new link."""
+    for link in not_none(target.links):
+        if link.from_node.name == before and link.from_socket != wanted:
+            tree.links.remove(link)
+    if wanted is None or target.is_linked:
+        return False
+    tree.links.new(wanted, target)
+    return True
 
 
 def _bake(material: bpy.types.Material, export: bpy.types.Node, values: _Values,

@@ -228,24 +228,20 @@ def show(material: bpy.types.Material, tree: bpy.types.NodeTree) -> bpy.types.No
     own_tree = not_none(material.node_tree)
     nodes = own_tree.nodes
     node, output = group_node(material), own_tree.get_output_node("CYCLES")
+    is_connected = node is not None and output is not None
     if node is None:
         node = nodes.new("ShaderNodeGroup")
-        node.name, node.width, node.node_tree = node_group.GROUP_NAME, 200, tree
+        node.name, node.width = node_group.GROUP_NAME, 200
         if output is not None:
             node.location = output.location.x - 260, output.location.y
-            _connect(own_tree, node, output)
-    else:
-        node.node_tree = tree
+    node.node_tree = tree
     if output is None:
         output = nodes.new("ShaderNodeOutputMaterial")
         output.location = node.location.x + 260, node.location.y
-        _connect(own_tree, node, output)
+    if not is_connected:
+        own_tree.links.new(node.outputs[node_group.CYCLES_OUTPUT], output.inputs["Surface"])
     _show_in_eevee(own_tree, node, output)
     return node
-
-
-def _connect(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.Node) -> None:
-    tree.links.new(node.outputs[node_group.CYCLES_OUTPUT], output.inputs["Surface"])
 
 
 def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
