@@ -42,15 +42,6 @@ def renders_on_gpu(scene: bpy.types.Scene) -> bool:
     return effective_device(scene) != CPU
 
 
-def osl_runs(scene: bpy.types.Scene) -> bool:
-    """Whether Cycles renders a scene, and evaluates shaders in OSL for it."""
-    if str(scene.render.engine) != "CYCLES" or not scene.cycles.shading_system:
-        return False
-    import _cycles
-
-    return bool(getattr(_cycles, "with_osl", False)) and effective_device(scene) in WITH_OSL
-
-
 @functools.cache
 def _available(kind: str) -> frozenset[str]:
     """The identifiers of the devices of a type that this machine has."""

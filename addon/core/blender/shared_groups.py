@@ -10,6 +10,8 @@ from typing import Any
 
 import bpy
 
+from .active_material import can_change
+
 _GROUP_PREFIX = "Measured BRDF "
 _KIND = "measured_brdf_kind"
 _DIGEST = "measured_brdf_digest"        # of the group as it was made
@@ -45,8 +47,7 @@ def merge() -> None:
 
 
 def _local() -> list[bpy.types.NodeTree]:
-    return [tree for tree in bpy.data.node_groups if tree.get(_KIND) is not None and tree.library is None
-            and tree.override_library is None]
+    return [tree for tree in bpy.data.node_groups if tree.get(_KIND) is not None and can_change(tree)]
 
 
 def _create(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.NodeTree:

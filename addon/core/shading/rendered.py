@@ -78,7 +78,7 @@ def osl_obstacle(scene: bpy.types.Scene) -> str:
     found = device.effective_device(scene)
     if found not in device.WITH_OSL:
         return f"Cycles has no OSL on {found} devices"
-    return "" if device.osl_runs(scene) else "OSL is off"
+    return "" if scene.cycles.shading_system else "OSL is off"
 
 
 def brief(found: Rendered, chosen: str) -> str:

@@ -64,9 +64,11 @@ def stored_paths() -> Iterator[Place]:
 
 
 def _paths_of_item(item: bpy.types.ID) -> Iterator[Place]:
-    if isinstance(item, bpy.types.Material) and can_change(item):
+    if not can_change(item):
+        return
+    if isinstance(item, bpy.types.Material):
         yield item.measured_brdf, "filepath"
-    if isinstance(item, bpy.types.Scene) and item.is_editable and item.override_library is None:
+    if isinstance(item, bpy.types.Scene):
         for places in scene_places:
             yield from places(item)
 

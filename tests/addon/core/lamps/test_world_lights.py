@@ -5,15 +5,11 @@ import os
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core.lamps import list_lamps, world_lights
 
 from support import stage
 
 DISK = math.radians(1.5)
-
-
-@pytest.fixture
-def world_lights(extension):
-    return extension.addon.core.lamps.world_lights
 
 
 def panorama(places, radius=DISK, rows=256, around=0.2, light=500.0):
@@ -34,14 +30,14 @@ def apart(one, other):
 
 
 @pytest.mark.parametrize("place", [(1, 0.3, 0.5), (-1, 0, 0), (-0.5, -1, -0.2), (0.1, 0, 1)])
-def test_a_disk_in_an_image_is_found_with_its_size_and_light(world_lights, place):
+def test_a_disk_in_an_image_is_found_with_its_size_and_light(place):
     (direction, radius, light), = world_lights.spots(panorama([place]))
     assert apart(direction, place) < math.radians(0.4)
     assert radius == pytest.approx(DISK, abs=math.radians(0.8))
     assert light == pytest.approx(500 * 2 * math.pi * (1 - math.cos(DISK)), rel=0.2)
 
 
-def test_several_disks_are_found_and_even_skies_have_none(world_lights):
+def test_several_disks_are_found_and_even_skies_have_none():
     places = (1, 0, 0.5), (0, 1, 0.2), (-1, -1, 1)
     directions = [direction for direction, *_ in world_lights.spots(panorama(places))]
     assert len(directions) == 3
@@ -69,7 +65,7 @@ def rendered(scene):
 
 
 @pytest.mark.parametrize(("rotation", "elevation"), [(0.0, 0.3), (1.0, 0.5), (4.0, 0.9)])
-def test_the_sun_of_a_sky_texture_stands_where_cycles_shows_it(blender, world_lights, rotation, elevation):
+def test_the_sun_of_a_sky_texture_stands_where_cycles_shows_it(blender, rotation, elevation):
     scene = stage.black_scene(256, 128, 16, 2)
     tree = scene.world.node_tree
     sky = tree.nodes.new("ShaderNodeTexSky")
@@ -83,7 +79,7 @@ def test_the_sun_of_a_sky_texture_stands_where_cycles_shows_it(blender, world_li
 
 
 @pytest.mark.parametrize("kind", ["POINT", "TEXTURE", None])
-def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extension, kind):
+def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, kind):
     scene = stage.black_scene(256, 128, 16, 2)
     tree = stage.sky_image(panorama([(0.5, 1, 0.4)])).node_tree
     texture = next(node for node in tree.nodes if node.type == "TEX_ENVIRONMENT")
@@ -96,12 +92,12 @@ def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extens
     scene.update_tag()
     blender.context.view_layer.update()
     depsgraph = blender.context.evaluated_depsgraph_get()
-    (position, size, *_), = extension.addon.core.lamps.list_lamps(depsgraph)
+    (position, size, *_), = list_lamps(depsgraph)
     assert apart(position, rendered(scene)) < math.radians(2)
     assert -size == pytest.approx(DISK, abs=math.radians(0.8))
 
 
-def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_others(blender, world_lights, tmp_path):
+def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_others(blender, tmp_path):
     def save(direction):
         pixels = np.zeros((32, 64, 4), np.float32)
         pixels[16, direction] = 1000
@@ -143,20 +139,20 @@ def bright_texels(rows):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("rows", [16, 19, 21, 32])
-def test_a_bright_texel_of_few_rows_is_a_spot_wherever_it_is(world_lights, rows):
+def test_a_bright_texel_of_few_rows_is_a_spot_wherever_it_is(rows):
     for image, place in bright_texels(rows):
         (direction, radius, _), = world_lights.spots(image)
         assert direction == pytest.approx(place, abs=1e-6)
         assert radius == pytest.approx(math.pi / rows / 2)
 
 
-def test_an_image_of_fewer_rows_has_no_spot(world_lights):
+def test_an_image_of_fewer_rows_has_no_spot():
     assert not any(world_lights.spots(image) for image, _ in bright_texels(15))
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("kind", ["missing", "tiled"])
-def test_an_image_that_is_not_there_or_has_tiles_has_no_spot(blender, world_lights, kind):
+def test_an_image_that_is_not_there_or_has_tiles_has_no_spot(blender, kind):
     image = blender.data.images.new("Sky", 64, 32, float_buffer=True, tiled=kind == "tiled")
     pixels = np.zeros((32, 64, 4), np.float32)
     pixels[16, 5] = 1000
@@ -167,7 +163,7 @@ def test_an_image_that_is_not_there_or_has_tiles_has_no_spot(blender, world_ligh
     assert world_lights._image_spots(image) == []
 
 
-def test_images_are_looked_at_once_however_many_a_world_has(blender, world_lights, monkeypatch):
+def test_images_are_looked_at_once_however_many_a_world_has(blender, monkeypatch):
     looked, spots = [], world_lights.spots
     monkeypatch.setattr(world_lights, "spots", lambda radiance: looked.append(1) or spots(radiance))
     images = [blender.data.images.new("Sky", 64, 32, float_buffer=True) for _ in range(2)]

@@ -5,14 +5,18 @@ import re
 from types import SimpleNamespace
 from urllib.parse import unquote
 
+import measured_brdf
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import export_surface
+from measured_brdf.addon.core.storage.reading import scene_colours
+from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
 
-from fitter.colours import decode_srgb
+from fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb
 from fitter.cycles.principled_bsdf import Principled
-from support import checkout
 from support.cases import release
 from support.drawn import draw
+from support.stage import add_eevee_output, blank_material
 
 CLOTH = Principled(np.array([0.6, 0.3, 0.1]), 0.45, 0.0, 0.3, np.array([0.5, 0.25, 0.125]), 0.4)
 CAR = Principled(np.array([0.8, 0.5, 0.2]), 0.55, 1.0, 0.5, coat_weight=0.7, coat_roughness=0.15)
@@ -30,35 +34,25 @@ def outcome(close, colours="Rec.709"):
 def material(blender):
     """A material with a group on an output for Cycles and on one for EEVEE, on a plane."""
     blender.ops.mesh.primitive_plane_add()
-    material = blender.data.materials.new("measured")
-    if blender.app.version < (5, 0, 0):
-        material.use_nodes = True
+    material, group, surface = blank_material("measured", "ShaderNodeGroup")
     blender.context.object.data.materials.append(material)
-    tree = material.node_tree
-    tree.nodes.clear()
     inside = blender.data.node_groups.new("Measured BRDF", "ShaderNodeTree")
-    inside.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    for name in ("BSDF", "EEVEE"):
+        inside.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketShader")
     for name, kind, value in (("Tint", "Color", (1, 1, 1, 1)), ("Strength", "Float", 1), ("Normal", "Vector", None)):
         socket = inside.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
         if value is not None:
             socket.default_value = value
     diffuse, end = inside.nodes.new("ShaderNodeBsdfDiffuse"), inside.nodes.new("NodeGroupOutput")
     inside.links.new(diffuse.outputs[0], end.inputs[0])
-    group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree = inside
-    for target in ("CYCLES", "EEVEE"):
-        output = tree.nodes.new("ShaderNodeOutputMaterial")
-        output.target = target
-        tree.links.new(group.outputs[0], output.inputs["Surface"])
+    material.node_tree.links.new(group.outputs["BSDF"], surface)
+    add_eevee_output(material)
     return material
 
 
-def surface_module():
-    return checkout.extension().addon.core.shading.export_surface
-
-
 def update(material, close, **options):
-    surface_module().update(material, group(material), outcome(close, **options))
+    export_surface.update(material, group(material), outcome(close, **options))
 
 
 def group(material):
@@ -66,11 +60,7 @@ def group(material):
 
 
 def follow(material):
-    surface_module().follow(material, group(material))
-
-
-def losses(material):
-    return surface_module().losses(material)
+    export_surface.follow(material, group(material))
 
 
 def exported_node(material):
@@ -260,10 +250,6 @@ def test_an_output_that_the_user_has_made_for_all_renderers_is_kept(blender, mat
 
 
 def test_colors_are_those_of_the_open_file(blender, material):
-    from measured_brdf.addon.core.storage.reading import scene_colours
-
-    from fitter.colours import DEFAULT_COLOURS, conversion
-
     update(material, CLOTH, colours="ACEScg")
     node, = (node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     expected = conversion("ACEScg", scene_colours() or DEFAULT_COLOURS) @ CLOTH.base_color
@@ -417,17 +403,15 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
 
 
 def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, material, tmp_path, capfd):
-    import measured_brdf
-
     update(material, CLOTH)
     node = group(material)
     node.inputs["Tint"].default_value = (0.5, 0.5, 0.5, 1)
     follow(material)
-    assert [line.split(" as ")[0] for line in losses(material)] == ["In FBX highlights are"]
+    assert [line.split(" as ")[0] for line in export_surface.losses(material)] == ["In FBX highlights are"]
     node.inputs["Tint"].default_value = (*TINT, 1)
     add_normal_map(blender, material)
     follow(material)
-    told = losses(material)
+    told = export_surface.losses(material)
     assert [line.split(":")[0] for line in told] == ["In USD the normal map has a Strength of 1",
                                                      "In USD, OBJ and FBX highlights are white"]
     added = blender.context.preferences.addons.new()
@@ -483,10 +467,8 @@ def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
 
 def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender, gltf, material, tmp_path, capfd,
                                                                         monkeypatch):
-    import measured_brdf
-
     update(material, CLOTH)
-    assert losses(material) == []
+    assert export_surface.losses(material) == []
     tree, node = material.node_tree, group(material)
     for kind, name in (("Noise", "Tint"), ("Noise", "Strength")):
         made = tree.nodes.new(f"ShaderNodeTex{kind}")
@@ -494,12 +476,10 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     bump = tree.nodes.new("ShaderNodeBump")
     tree.links.new(bump.outputs[0], node.inputs["Normal"])
     follow(material)
-    told = losses(material)
+    told = export_surface.losses(material)
     assert [line.split(":")[0] for line in told] == ["Tint", "Strength", "Normal"]
     monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
     of_dialog = SimpleNamespace(active_operator=SimpleNamespace(bl_idname="WM_OT_usd_export"))
-    from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
-
     assert Panel.poll(SimpleNamespace(space_data=of_dialog))
     shown = draw(Panel, space_data=of_dialog).texts
     assert all(f"{material.name}: {line}" in shown for line in told)
@@ -523,10 +503,10 @@ def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(b
         return (tmp_path / "out" / named).is_file()
 
     (tmp_path / "out").mkdir()
-    told = [line for line in losses(material) if "Unpack Resources" in line]
+    told = [line for line in export_surface.losses(material) if "Unpack Resources" in line]
     assert (len(told), written("packed")) == (1, False)
     blender.ops.file.unpack_all(method="USE_LOCAL")
-    assert not any("Unpack Resources" in line for line in losses(material))
+    assert not any("Unpack Resources" in line for line in export_surface.losses(material))
     assert written("unpacked")
 
 
@@ -539,7 +519,7 @@ def test_scripts_ask_what_is_lost(blender, material, capfd, monkeypatch):
     material.node_tree.links.new(noise.outputs[0], group(material).inputs["Tint"])
     follow(material)
     blender.ops.measured_brdf.check_export()
-    line, = losses(material)
+    line, = export_surface.losses(material)
     assert f"Warning: {material.name}: {line}" in capfd.readouterr().out
 
 
@@ -547,7 +527,7 @@ def test_it_is_told_where_another_output_is_exported(blender, material):
     update(material, CLOTH)
     mine = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
     mine.name, mine.is_active_output = "Mine", True
-    assert losses(material) == ["What other programs get is the surface at the output Mine"]
+    assert export_surface.losses(material) == ["What other programs get is the surface at the output Mine"]
 
 
 def test_the_solid_colour_follows_and_a_metal_is_not_black_there(blender, material):

@@ -5,6 +5,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import export_surface
 
 from fitter.cycles.principled_bsdf import Principled
 from support import stage
@@ -19,11 +20,11 @@ BSDFS = {"plastic": Principled(COLOR, 0.4, 0.0, 0.5), "glossy": Principled(COLOR
 DIRECTIONS = [(0.3, 0.0, 0.4), (0.5, 0.2, 0.5), (1.0, 2.0, 0.3), (0.2, 1.0, 1.1), (1.2, 0.1, 1.2), (1.1, 3.0, 1.2)]
 
 
-def rendered(extension, close):
+def rendered(close):
     """f cos(theta_i), 1/sr, by Cycles at `DIRECTIONS`: theta_i, the azimuth from the mirror direction, theta_o."""
     scene = stage.black_scene(4, 4, 1, span=0.1)
     material, node, surface = stage.blank_material("principled", "ShaderNodeBsdfPrincipled")
-    for name, value in extension.addon.core.shading.export_surface.inputs(close, np.asarray).items():
+    for name, value in export_surface.inputs(close, np.asarray).items():
         node.inputs[name].default_value = value
     material.node_tree.links.new(node.outputs[0], surface)
     bpy.ops.mesh.primitive_plane_add()
@@ -41,7 +42,7 @@ def rendered(extension, close):
 
 
 @pytest.mark.parametrize("name", BSDFS)
-def test_cycles_renders_what_is_fitted_with_the_inputs_that_are_exported(extension, name):
+def test_cycles_renders_what_is_fitted_with_the_inputs_that_are_exported(name):
     theta_i, phi, theta_o = np.transpose(DIRECTIONS)
     expected = BSDFS[name].evaluate(theta_i, phi, theta_o, np.pi) * np.cos(theta_i)[:, None]
-    np.testing.assert_allclose(rendered(extension, BSDFS[name]), expected, rtol=0.04)
+    np.testing.assert_allclose(rendered(BSDFS[name]), expected, rtol=0.04)
