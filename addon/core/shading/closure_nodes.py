@@ -21,7 +21,7 @@ _UNCONNECTED = 0.5          # a normal or tangent that is shorter is an unconnec
 _ANY = (1.3e-5, 0.7e-5, 1.1e-5)     # added to tangents, so that none is without direction
 _MILLIMETRE = 1e-3          # m
 _PLACE_WIDTH, _HEIGHT = 200, 260    # of a place in the node editor
-
+_FRAME_INPUTS = {"Tint": "Color", "Strength": "Float", "Normal": "Vector"}
 
 _Value = bpy.types.NodeSocket | float | tuple[float, float, float]
 Sockets = dict[str, bpy.types.NodeSocket]
@@ -79,16 +79,14 @@ def add_frame(tree: bpy.types.NodeTree, inputs: Sockets, turn: float | None, x: 
 
     `inputs` are those of the group by name, `turn` is as `NodeMixture` has it, the place is one in the node editor.
     """
-    build, names = _Builder(tree, x, y), ("Tint", "Strength", "Normal")
+    build = _Builder(tree, x, y)
+    given: dict[str, _Value] = {name: inputs[name] for name in _FRAME_INPUTS}
     if turn is None:
-        node = build.group("Frame", _fill_frame, {name: inputs[name] for name in names})
+        node = build.group("Frame", _fill_frame, given)
     else:
-        node = build.group("Turned Frame", _fill_turned_frame,
-                           {name: inputs[name] for name in (*names, "Tangent", "Rotation")} | {"Turn": turn})
+        given |= {"Tangent": inputs["Tangent"], "Rotation": inputs["Rotation"], "Turn": turn}
+        node = build.group("Turned Frame", _fill_turned_frame, given)
     return dict(node.outputs.items())
-
-
-_FRAME_INPUTS = {"Tint": "Color", "Strength": "Float", "Normal": "Vector"}
 
 
 def _fill_frame(tree: bpy.types.NodeTree) -> None:
