@@ -23,7 +23,7 @@ _MILLIMETRE = 1e-3          # m
 _PLACE_WIDTH, _HEIGHT = 200, 260    # of a place in the node editor
 _FRAME_INPUTS = {"Tint": "Color", "Strength": "Float", "Normal": "Vector"}
 
-_Value = bpy.types.NodeSocket | float | tuple[float, float, float]
+_Value = bpy.types.NodeSocket | float | tuple[float, ...]
 Sockets = dict[str, bpy.types.NodeSocket]
 
 
@@ -152,20 +152,15 @@ def add_walk(tree: bpy.types.NodeTree, walk: Walk, is_cycles: bool, inputs: Sock
     share = build.math("MULTIPLY", inputs["Strength"], build.math("SUBTRACT", 1.0, fresnel.outputs[0]))
     color, rest = (walk.color, walk.rest) if is_cycles else (walk.albedo, np.zeros(3))
     below = build.node("ShaderNodeSubsurfaceScattering", {
-        "Color": build.vector("MULTIPLY", inputs["Tint"], _vector(color)), "Radius": _vector(walk.radius),
+        "Color": build.vector("MULTIPLY", inputs["Tint"], tuple(color.tolist())), "Radius": tuple(walk.radius.tolist()),
         "Scale": build.math("DIVIDE", _MILLIMETRE, inputs["Scale"]), "IOR": walk.entry, "Roughness": 0.0,
         "Anisotropy": 0.0, "Normal": normal}, falloff="RANDOM_WALK").outputs[0]
     if rest.any():                      # what walks do not reach leaves where it entered
         diffuse = build.node("ShaderNodeBsdfDiffuse", {
-            "Color": build.vector("MULTIPLY", inputs["Tint"], _vector(rest)), "Normal": normal})
+            "Color": build.vector("MULTIPLY", inputs["Tint"], tuple(rest.tolist())), "Normal": normal})
         below = _add_shaders(build, below, diffuse.outputs[0])
     passed = build.node("ShaderNodeMixShader", {0: share, 2: below})        # weighs it: its colour says how it scatters
     return _add_shaders(build, above, passed.outputs[0])
-
-
-def _vector(numbers: FloatArray) -> tuple[float, float, float]:
-    first, second, third = numbers.tolist()
-    return first, second, third
 
 
 def _add_shaders(build: _Builder, first: bpy.types.NodeSocket, second: bpy.types.NodeSocket) -> bpy.types.NodeSocket:

@@ -236,14 +236,10 @@ def _floor(places: list[Vector3], faces: list[tuple[int, int, int, int]]) -> bpy
     mesh.from_pydata(places, [], faces)
     for polygon in mesh.polygons:
         polygon.use_smooth = True
-    mesh.materials.append(_floor_material())
-    return mesh
-
-
-def _floor_material() -> bpy.types.Material:
     material = bpy.data.materials.new(_FLOOR_NAME)
     _add_surface(material, "BsdfDiffuse", "OutputMaterial", (_FLOOR_ALBEDO, _FLOOR_ALBEDO, _FLOOR_ALBEDO, 1))
-    return material
+    mesh.materials.append(material)
+    return mesh
 
 
 def _add_aimed(scene: bpy.types.Scene, data: bpy.types.Light | bpy.types.Camera, place: Vector3,
