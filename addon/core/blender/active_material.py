@@ -10,8 +10,7 @@ def active_material(context: bpy.types.Context) -> bpy.types.Material | None:
 
 
 def can_change(item: bpy.types.ID) -> bool:
-    """Whether a data-block belongs to this file, and overrides none of another: a material can then get another shader.
-    """
+    """Whether a data-block belongs to this file and overrides none of another: a material can get another shader."""
     return item.is_editable and item.override_library is None
 
 

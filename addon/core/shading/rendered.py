@@ -93,8 +93,7 @@ def brief(found: Rendered, chosen: str) -> str:
 
 
 def sentence(found: Rendered, chosen: str) -> str:
-    """What the panel Rendering says of a material: `brief`, and the share of the light that goes in wrong directions.
-    """
+    """What the panel Rendering says of a material: `brief`, and how much light goes in wrong directions."""
     if found.how != NODES:
         return brief(found, chosen)
     error = f"Highlight Error {found.error:.1%} of the light"
@@ -104,8 +103,7 @@ def sentence(found: Rendered, chosen: str) -> str:
 
 
 def rendering_words(found: Rendered, is_previewed: bool = False) -> str:
-    """How a material is rendered, in some four words; `is_previewed` where a viewport shows another engine's preview.
-    """
+    """How a material is rendered, in some four words; `is_previewed` where a viewport shows another engine."""
     if found.how == EXACT:
         return "Exact on final renders" if is_previewed else "Exact"
     if found.how == OTHER:
