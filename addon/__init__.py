@@ -6,21 +6,23 @@ add. A slice is what users do: it imports these three and no other slice, and ev
 
 from . import adjust, baking, compare, importing, inspect, library, mix, panel, photographs, starter
 from .core import lamps, manual, preferences
+from .core.registration import Registration
 from .core.shading import comparison, export_follow, rendered
 from .core.storage import paths, properties
 from .work import command, icons, process, queue
 
-_CORE = (properties, preferences, icons, lamps, export_follow, rendered, comparison, paths, manual, command, panel)
+_CORE = Registration(properties, preferences, icons, lamps, export_follow, rendered, comparison, paths, manual, command,
+                     panel)
 _SLICES = (adjust, mix, importing, compare, inspect, baking, library, photographs, starter)
 
 
 def register() -> None:
-    for part in (*_CORE, *_SLICES):
+    for part in (_CORE, *_SLICES):
         part.register()
 
 
 def unregister() -> None:
     queue.unregister()
     process.unregister()
-    for part in reversed((*_CORE, *_SLICES)):
+    for part in (*reversed(_SLICES), _CORE):
         part.unregister()

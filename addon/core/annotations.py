@@ -12,7 +12,6 @@ else:
     OperatorResult = set
     OperatorMixIn = object
 
-"""Receives the progress of some work: the fraction done, and what is being done."""
 Arguments = dict[str, Any]
 """Keyword arguments of `fitter.fit`, or ``{"tolerance": RMSE}``."""
 Vector3 = tuple[float, float, float]

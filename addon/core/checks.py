@@ -4,6 +4,7 @@ Cycles treats most of the reflection of a measured material as glossy, so every 
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import bpy
@@ -18,13 +19,11 @@ from .storage.properties import AUTOMATIC, EXACT, NODES
 
 
 class Finding(NamedTuple):
-    """A setting that changes the picture: the key by which an operator fixes it, the setting with its effect in a
-    message, what the fix does (empty if there is none), and the fix.
-    """
+    """A setting that changes the picture."""
 
-    key: str
-    message: str
-    change: str = ""
+    key: str            # by which an operator fixes it
+    message: str        # the setting with its effect
+    change: str = ""    # what the fix does; empty if there is none
     fix: Callable[[], object] | None = None
 
 
@@ -33,13 +32,8 @@ slice_checks: list[Callable[[Sequence[bpy.types.Material]], Iterator[Finding]]] 
 
 
 def check(scene: bpy.types.Scene, material: bpy.types.Material | None = None) -> list[Finding]:
-    """The settings of a scene that change how measured materials look, worst first.
-
-    Parameters
-    ----------
-    scene : bpy.types.Scene
-    material : bpy.types.Material, optional
-        A measured one whose own settings are looked at, and no others'; by default, those of all in the file are.
+    """The settings of a scene that change how measured materials look, worst first, and those of one of these or, by
+    default, of all in the file.
     """
     every, used = ([*bpy.data.materials], rendered.used_materials()) if material is None else ([material], [material])
     of_cycles = [] if rendered.is_eevee_used(scene) else [*_light_paths(scene), *_lamps(scene)]
@@ -95,23 +89,23 @@ def _on_cpu(scene: bpy.types.Scene) -> None:
     osl_support.enable(scene)
 
 
+# settings of Cycles: the key, the name, the value that changes nothing, what another does, and the fix
+_LIGHT_PATHS = (
+    ("caustics", "caustics_reflective", True, "Reflective Caustics is off: measured materials do not reflect light "
+     "onto diffuse surfaces", "Turn Reflective Caustics on"),
+    ("clamp_indirect", "sample_clamp_indirect", 0, "Clamp Indirect is {:g}: it darkens bright reflections",
+     "Set Clamp Indirect to 0; fireflies may appear"),
+    ("clamp_direct", "sample_clamp_direct", 0, "Clamp Direct is {:g}: it darkens bright highlights",
+     "Set Clamp Direct to 0"),
+    ("filter_glossy", "blur_glossy", 0, "Filter Glossy is {:g}: it blurs narrow highlights that other surfaces reflect",
+     "Set Filter Glossy to 0; caustics become noisier"))
+
+
 def _light_paths(scene: bpy.types.Scene) -> Iterator[Finding]:
-    cycles = scene.cycles
-    if not cycles.caustics_reflective:
-        yield Finding("caustics", "Reflective Caustics is off: measured materials do not reflect light onto diffuse "
-                      "surfaces", "Turn Reflective Caustics on",
-                      lambda: setattr(cycles, "caustics_reflective", True))
-    if cycles.sample_clamp_indirect > 0:
-        yield Finding("clamp_indirect", f"Clamp Indirect is {cycles.sample_clamp_indirect:g}: it darkens bright "
-                      "reflections", "Set Clamp Indirect to 0; fireflies may appear",
-                      lambda: setattr(cycles, "sample_clamp_indirect", 0))
-    if cycles.sample_clamp_direct > 0:
-        yield Finding("clamp_direct", f"Clamp Direct is {cycles.sample_clamp_direct:g}: it darkens bright highlights",
-                      "Set Clamp Direct to 0", lambda: setattr(cycles, "sample_clamp_direct", 0))
-    if cycles.blur_glossy > 0:
-        yield Finding("filter_glossy", f"Filter Glossy is {cycles.blur_glossy:g}: it blurs narrow highlights that "
-                      "other surfaces reflect", "Set Filter Glossy to 0; caustics become noisier",
-                      lambda: setattr(cycles, "blur_glossy", 0))
+    for key, name, harmless, effect, change in _LIGHT_PATHS:
+        value = getattr(scene.cycles, name)
+        if value != harmless:
+            yield Finding(key, effect.format(value), change, partial(setattr, scene.cycles, name, harmless))
 
 
 def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
@@ -122,12 +116,12 @@ def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
         if not item.visible_glossy:
             yield Finding(f"glossy:{item.name}", f"{item.name} is hidden from glossy rays: most of its light is "
                           "missing", "Make it visible to glossy rays; mirrors will show it",
-                          lambda item=item: setattr(item, "visible_glossy", True))
+                          partial(setattr, item, "visible_glossy", True))
         sized = light.type == "AREA" or (light.angle if light.type == "SUN" else light.shadow_soft_size) > 0
         if sized and not light.cycles.use_multiple_importance_sampling:
             yield Finding(f"importance:{item.name}", f"Multiple Importance is off for {item.name}: its light is "
                           "slightly wrong", "Turn Multiple Importance on",
-                          lambda light=light: setattr(light.cycles, "use_multiple_importance_sampling", True))
+                          partial(setattr, light.cycles, "use_multiple_importance_sampling", True))
     pointlike = sum(item.data.type in {"POINT", "SPOT"} and item.data.shadow_soft_size == 0 for item in lamps)
     if pointlike > MAX_LAMPS:
         yield Finding("pointlike", f"{pointlike} lamps have no size, and only {MAX_LAMPS} can be rendered exactly. The "
@@ -135,7 +129,7 @@ def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
     if not scene.render.use_lock_interface and (sky_moves(scene.world) or instances.can_move()):
         yield Finding("lock_interface", "Instanced lamps or bright places of the sky move: animations rendered from "
                       "the window follow them only with Lock Interface", "Turn Lock Interface on",
-                      lambda: setattr(scene.render, "use_lock_interface", True))
+                      partial(setattr, scene.render, "use_lock_interface", True))
 
 
 def _materials(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
@@ -156,7 +150,7 @@ def _materials(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
         if material.measured_brdf.coefficients and material.cycles.use_bump_map_correction and material.is_editable:
             yield Finding(f"bump:{material.name}", f"Bump Map Correction is on for {material.name}: it shifts the "
                           "highlights", "Turn Bump Map Correction off for this material",
-                          lambda material=material: setattr(material.cycles, "use_bump_map_correction", False))
+                          partial(setattr, material.cycles, "use_bump_map_correction", False))
 
 
 def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
@@ -173,19 +167,15 @@ def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
                 what = "has no area" if item.data.uv_layers else "is missing"
                 yield Finding(key, f"{message}. Its UV map, which could give another direction, {what}: unwrap it")
             elif material.is_editable:
-                yield Finding(key, message, "Use the UV map's tangent",
-                              lambda material=material: tangents.take_from_uv(material))
+                yield Finding(key, message, "Use the UV map's tangent", partial(tangents.take_from_uv, material))
             else:
                 yield Finding(key, f"{message}. Connect a Tangent node in the file that {material.name} belongs to")
-        elif node is not None and _lacks_uv_map(node, item.data):
+        elif (node is not None and node.type == "TANGENT" and node.direction_type == "UV_MAP"
+              and not tangents.has_uv(item.data, node.uv_map)):
             message = (f"The tangent of {material.name} is that of a UV map that {item.name} does not have, or that "
                        "has no area")
             if material.is_editable:
                 yield Finding(key, message, "Use the tangent around the Z axis",
-                              lambda material=material: tangents.take_around_axis(material))
+                              partial(tangents.take_around_axis, material))
             else:
                 yield Finding(key, f"{message}. Unwrap it")
-
-
-def _lacks_uv_map(node: bpy.types.Node, mesh: bpy.types.Mesh) -> bool:
-    return (node.type == "TANGENT" and node.direction_type == "UV_MAP" and not tangents.has_uv(mesh, node.uv_map))

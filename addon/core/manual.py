@@ -25,7 +25,6 @@ Topics = tuple[tuple[str, str], ...]
 
 
 def over_operators(topic: str, *names: str) -> Topics:
-    """The topic of operators."""
     return tuple((f"{_OPERATORS}{name}", topic) for name in names)
 
 

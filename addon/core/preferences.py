@@ -56,9 +56,4 @@ def get(context: bpy.types.Context) -> Any:
     return addon.preferences if addon is not None and addon.preferences is not None else _DEFAULTS
 
 
-def register() -> None:
-    bpy.utils.register_class(MeasuredPreferences)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(MeasuredPreferences)
+classes = (MeasuredPreferences,)

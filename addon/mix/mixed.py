@@ -7,6 +7,7 @@ import numpy as np
 
 from ..core.annotations import not_none
 from ..core.blender import followers
+from ..core.blender.node_trees import use_nodes
 from ..core.blender.transaction import new_data_removed_on_error
 from ..core.shading import export_surface, mixing
 from ..core.shading import material as materials
@@ -23,10 +24,9 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
     with new_data_removed_on_error():
         nodes = [not_none(materials.surface_node(item)) for item in (first, second)]
         mixed = bpy.data.materials.new(f"{first.name} + {second.name}")
-        materials.use_nodes(mixed)
-        tree = not_none(mixed.node_tree)
+        tree = use_nodes(mixed)
         tree.nodes.clear()
-        node, _ = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
+        node = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
         node.inputs[mix_group.FACTOR_INPUT].default_value = factor
         for each in tree.nodes:
             each.select = each == node

@@ -19,7 +19,8 @@ from ...fitter.photographs.flat.reading import sample_corners
 from ...fitter.photographs.rig import camera as cameras
 from ..core.annotations import not_none
 from ..core.blender import osl_support
-from ..core.shading import look, material
+from ..core.blender.node_trees import use_nodes
+from ..core.shading import look
 from ..core.storage import paths
 from . import settings as photographs
 from .describing import NEAR, position
@@ -133,8 +134,7 @@ def uv_of_part(mesh: bpy.types.Mesh, part: FloatArray) -> FloatArray:
 def _preview() -> bpy.types.Material:
     """What ball and sample are of until they are measured."""
     preview = bpy.data.materials.new("Not Measured")
-    material.use_nodes(preview)
-    surface: Any = next(node for node in not_none(preview.node_tree).nodes if node.type == "BSDF_PRINCIPLED")
+    surface: Any = next(node for node in use_nodes(preview).nodes if node.type == "BSDF_PRINCIPLED")
     surface.inputs["Base Color"].default_value = (*[_PREVIEW[0]] * 3, 1)
     surface.inputs["Roughness"].default_value = _PREVIEW[1]
     return preview

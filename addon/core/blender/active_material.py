@@ -9,9 +9,9 @@ def active_material(context: bpy.types.Context) -> bpy.types.Material | None:
     return shown if shown is not None or context.object is None else context.object.active_material
 
 
-def can_change(material: bpy.types.Material) -> bool:
-    """Whether a material can get another shader: it belongs to this file, and overrides none of another."""
-    return material.is_editable and material.override_library is None
+def can_change(item: bpy.types.ID) -> bool:
+    """Whether a data-block belongs to this file and overrides none of another: a material can get another shader."""
+    return item.is_editable and item.override_library is None
 
 
 def is_editable(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:

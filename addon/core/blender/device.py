@@ -4,6 +4,7 @@ docs/devices.md tells what Cycles does on which device. Handlers ask after each 
 takes long: Cycles lists devices only where a scene wants another than the CPU, and once a session for each type.
 """
 
+import argparse
 import functools
 import sys
 
@@ -13,8 +14,6 @@ CPU = "CPU"
 OPTIX = "OPTIX"
 WITH_OSL = CPU, OPTIX
 _NO_DEVICE = "", "NONE"
-_OPTION = "--cycles-device"
-_OWN_ARGUMENTS = "--"               # behind it, the command line is not Blender's
 _AND_CPU = "+CPU"
 
 
@@ -43,15 +42,6 @@ def renders_on_gpu(scene: bpy.types.Scene) -> bool:
     return effective_device(scene) != CPU
 
 
-def osl_runs(scene: bpy.types.Scene) -> bool:
-    """Whether Cycles renders a scene, and evaluates shaders in OSL for it."""
-    if str(scene.render.engine) != "CYCLES" or not scene.cycles.shading_system:
-        return False
-    import _cycles
-
-    return bool(getattr(_cycles, "with_osl", False)) and effective_device(scene) in WITH_OSL
-
-
 @functools.cache
 def _available(kind: str) -> frozenset[str]:
     """The identifiers of the devices of a type that this machine has."""
@@ -62,11 +52,7 @@ def _available(kind: str) -> frozenset[str]:
 
 @functools.cache
 def _read_requested_device(arguments: tuple[str, ...]) -> str:
-    """The type of device that the command line asks for, if any."""
-    own = arguments[arguments.index(_OWN_ARGUMENTS) + 1:] if _OWN_ARGUMENTS in arguments else ()
-    kind = ""
-    for argument, following in zip(own, (*own[1:], ""), strict=False):
-        name, is_given, value = argument.partition("=")
-        if name == _OPTION:
-            kind = value if is_given else following
-    return kind.upper()
+    own = arguments[arguments.index("--") + 1:] if "--" in arguments else ()      # not Blender's, but Cycles'
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--cycles-device", nargs="?")
+    return (parser.parse_known_args(own)[0].cycles_device or "").upper()

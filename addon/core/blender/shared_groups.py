@@ -10,6 +10,8 @@ from typing import Any
 
 import bpy
 
+from .active_material import can_change
+
 _GROUP_PREFIX = "Measured BRDF "
 _KIND = "measured_brdf_kind"
 _DIGEST = "measured_brdf_digest"        # of the group as it was made
@@ -18,8 +20,13 @@ _SETTINGS = "operation", "use_clamp", "distribution", "rotation_type", "invert",
 
 def shared_group(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.NodeTree:
     """The group of this file of a kind; made and filled if there is none yet."""
-    same = next((tree for tree in _local() if tree[_KIND] == kind and is_unchanged(tree)), None)
-    return same or _create(kind, fill)
+    for tree in _local():
+        if tree[_KIND] == kind and is_unchanged(tree):
+            return tree
+    tree = bpy.data.node_groups.new(_GROUP_PREFIX + kind, "ShaderNodeTree")
+    fill(tree)
+    tree[_KIND], tree[_DIGEST] = kind, _digest(tree)
+    return tree
 
 
 def is_unchanged(tree: bpy.types.NodeTree | None) -> bool:
@@ -45,15 +52,7 @@ def merge() -> None:
 
 
 def _local() -> list[bpy.types.NodeTree]:
-    return [tree for tree in bpy.data.node_groups if tree.get(_KIND) is not None and tree.library is None
-            and tree.override_library is None]
-
-
-def _create(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.NodeTree:
-    tree = bpy.data.node_groups.new(_GROUP_PREFIX + kind, "ShaderNodeTree")
-    fill(tree)
-    tree[_KIND], tree[_DIGEST] = kind, _digest(tree)
-    return tree
+    return [tree for tree in bpy.data.node_groups if tree.get(_KIND) is not None and can_change(tree)]
 
 
 def _digest(tree: bpy.types.NodeTree) -> str:

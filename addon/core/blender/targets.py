@@ -46,7 +46,8 @@ def find_under_mouse(context: bpy.types.Context, event: bpy.types.Event) -> Targ
     Of a collection's instance it is the object that is instanced.
     """
     for area in context.window.screen.areas if context.window is not None else ():
-        regions = [region for region in area.regions if _holds(region, event.mouse_x, event.mouse_y)]
+        regions = [region for region in area.regions if 0 <= event.mouse_x - region.x < region.width
+                   and 0 <= event.mouse_y - region.y < region.height]
         if area.type == "VIEW_3D" and regions and all(region.type == "WINDOW" for region in regions):
             space: Any = area.spaces.active
             return _hit(context, space, regions[0], event)
@@ -69,7 +70,8 @@ def assign(target: Target, material: bpy.types.Material) -> str:
     if not hasattr(item.data, "materials"):
         return f"{item.name} has no surface"
     slots = item.material_slots
-    slot = slots[_clamp_slot(target.slot, item)] if slots else None
+    wanted = not_none(item.active_material_index) if target.slot == ACTIVE_SLOT else target.slot
+    slot = slots[min(wanted, len(slots) - 1)] if slots else None
     if not item.is_editable or (not item.data.is_editable and (slot is None or slot.link == "DATA")):
         return (f"{item.name} belongs to another file. Make it local (Object > Relations > Make Local), and choose the "
                 "material in its Material tab")
@@ -78,15 +80,6 @@ def assign(target: Target, material: bpy.types.Material) -> str:
     else:
         slot.material = material
     return ""
-
-
-def _clamp_slot(slot: int, item: bpy.types.Object) -> int:
-    """A slot that an object has: its last one where it has fewer."""
-    return min(not_none(item.active_material_index) if slot == ACTIVE_SLOT else slot, len(item.material_slots) - 1)
-
-
-def _holds(region: bpy.types.Region, x: int, y: int) -> bool:
-    return 0 <= x - region.x < region.width and 0 <= y - region.y < region.height
 
 
 def _hit(context: bpy.types.Context, space: bpy.types.SpaceView3D, region: bpy.types.Region,

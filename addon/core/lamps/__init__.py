@@ -26,6 +26,7 @@ from bpy.app.handlers import persistent
 from ..annotations import not_none
 from ..blender import followers, shared_groups
 from ..blender.device import renders_on_gpu
+from ..registration import add_handlers, remove_handlers
 from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import node_tree
@@ -70,11 +71,9 @@ def sky_moves(world: bpy.types.World | None) -> bool:
 
 
 def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
-    """Write the lamps of an evaluated scene, of which something has changed."""
     is_free = is_main_thread_free()
     if changed.structure:
         light_objects.forget_layers()
-        instances.forget_collections()
         if is_free:
             group.merge()
             shared_groups.merge()
@@ -147,9 +146,7 @@ def _forget() -> None:
 
 def _may_write(scene: bpy.types.Scene) -> bool:
     """Whether no render can be reading what would be written now."""
-    if scene.render.use_lock_interface:
-        return True
-    return is_main_thread_free()
+    return bool(scene.render.use_lock_interface) or is_main_thread_free()
 
 
 def is_main_thread_free() -> bool:
@@ -204,17 +201,13 @@ _LAMP_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": 
 
 def register() -> None:
     followers.followers.append(_on_new_groups)
-    for name, handler in _LAMP_HANDLERS.items():
-        getattr(bpy.app.handlers, name).append(handler)
+    add_handlers(_LAMP_HANDLERS)
 
 
 def unregister() -> None:
     if bpy.app.timers.is_registered(_retry):
         bpy.app.timers.unregister(_retry)
-    for name, handler in _LAMP_HANDLERS.items():
-        handlers = getattr(bpy.app.handlers, name)
-        if handler in handlers:
-            handlers.remove(handler)
+    remove_handlers(_LAMP_HANDLERS)
     if _on_new_groups in followers.followers:
         followers.followers.remove(_on_new_groups)
     _on_data_replaced()

@@ -14,6 +14,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 import bpy
 
+from ..blender.active_material import can_change
 from .lamp import Lamp
 
 CARRIER_NAME = "Measured BRDF Lamps"
@@ -44,7 +45,7 @@ def scene_carrier(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | Non
     carrier = scene.get(POINTER)
     if is_local(carrier) and scene == next(each for each in bpy.data.scenes if each.get(POINTER) == carrier):
         return carrier
-    if not make or scene.library is not None or scene.override_library is not None:
+    if not make or not can_change(scene):
         return None
     carrier = bpy.data.textures.new(CARRIER_NAME, "NONE")
     carrier[LAMP_COUNT] = 0
@@ -62,8 +63,7 @@ def linked_carriers() -> list[bpy.types.Texture]:
 
 def is_local(carrier: object) -> bool:
     """Whether something is a carrier that belongs to this file."""
-    return (isinstance(carrier, bpy.types.Texture) and carrier.get(LAMP_COUNT) is not None and carrier.library is None
-            and carrier.override_library is None)
+    return isinstance(carrier, bpy.types.Texture) and carrier.get(LAMP_COUNT) is not None and can_change(carrier)
 
 
 def most_lamps() -> int:
@@ -109,12 +109,11 @@ def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collectio
     here = _scene_objects(scene)
     carriers = [each[POINTER] for each in bpy.data.scenes if each.get(POINTER) is not None]
     for item in bpy.data.objects:
-        if item.library is not None or item.override_library is not None:
+        if not can_change(item):
             continue
         before = item.get(POINTER)
         if item not in readers:
-            if POINTER in item:
-                del item[POINTER]
+            item.pop(POINTER, None)
         elif before != carrier and (item in here or before not in carriers):
             item[POINTER] = carrier
             # else Cycles keeps the attributes that it has of an object

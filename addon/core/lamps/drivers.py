@@ -105,4 +105,4 @@ def _add(held: bpy.types.Texture, path: tuple[str, int], expression: str, item: 
         target = variable.targets[0]
         target.context_property = "ACTIVE_VIEW_LAYER"
         target.data_path = _target(name, item)
-        target.use_fallback_value, target.fallback_value = True, lamp.value(name, item)
+        target.use_fallback_value, target.fallback_value = True, item.path_resolve(lamp.VARIABLES[name])

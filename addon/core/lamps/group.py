@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 
 from ....fitter.shader_constants import MAX_LAMPS
+from ..blender.active_material import can_change
 from .carrier import CARRIER_NAME, PROPERTY_KINDS, attribute
 
 LAMP_GROUP = "Lamps"
@@ -25,8 +26,7 @@ def node_tree() -> bpy.types.NodeTree:
 
 def _local() -> list[bpy.types.NodeTree]:
     """The groups of this version's shader that belong to this file."""
-    return [tree for tree in trees() if tree.library is None and tree.override_library is None
-            and capacity(tree) == MAX_LAMPS]
+    return [tree for tree in trees() if can_change(tree) and capacity(tree) == MAX_LAMPS]
 
 
 def merge() -> None:
@@ -86,7 +86,7 @@ def _write(items: Any, name: str, values: list[Any]) -> bool:
     before = [getattr(item, name) for item in items]
     if before == values:
         return False
-    if items.id_data.library is None and items.id_data.override_library is None:
+    if can_change(items.id_data):
         items.foreach_set(name, values)
         return True
     for item, old, new in zip(items, before, values, strict=True):

@@ -20,30 +20,24 @@ _Key = tuple[int, str, str]         # scene, view layer, and mode of the depende
 
 @dataclass
 class _Search:
-    """The last search: where it was made (None before the first), whether something may instance a light, the lamps
-    found, and by the session_uid of each object that brings lamps along whether it can move.
+    """The last search: where it was made (None before the first), whether something may instance a light, and the lamps
+    found.
     """
 
     key: _Key | None = None
     possible: bool = False
     lamps: list[lamp.Lamp] = field(default_factory=list)
-    parents: dict[int, bool] = field(default_factory=dict)
+    parents: dict[int, bool] = field(default_factory=dict)  # by session_uid of what brings lamps: whether it can move
+    holders: dict[int, bool] = field(default_factory=dict)  # by session_uid of a collection: whether it holds lights
 
 
 _last = _Search()
-_holds_lights: dict[int, bool] = {}         # by session_uid of a collection
 
 
 def forget() -> None:
     """Forget everything, so that the next call searches again."""
     global _last
-    _holds_lights.clear()
     _last = _Search()
-
-
-def forget_collections() -> None:
-    """Forget which collections hold lights."""
-    _holds_lights.clear()
 
 
 def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], changed: Changed) -> list[lamp.Lamp]:
@@ -51,7 +45,8 @@ def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], c
     global _last
     key = depsgraph.scene.session_uid, depsgraph.view_layer.name, depsgraph.mode
     if _last.key != key or changed.structure:
-        _last = _Search(key, may_be_instanced(not_none(depsgraph.scene), shining))
+        _last = _Search(key)
+        _last.possible = may_be_instanced(not_none(depsgraph.scene), shining)
         if _last.possible:
             search(depsgraph, shining)
     elif _last.possible and changed.others:
@@ -102,13 +97,13 @@ def may_be_instanced(scene: bpy.types.Scene, shining: Sequence[bpy.types.Object]
 
 def holds_lights(collection: bpy.types.Collection) -> bool:
     """Whether instances of a collection may contain lights."""
-    key = collection.session_uid
-    if key not in _holds_lights:
-        _holds_lights[key] = False          # ends the recursion where collections instance one another
+    key, known = collection.session_uid, _last.holders
+    if key not in known:
+        known[key] = False                  # ends the recursion where collections instance one another
         nodes = _has_geometry_nodes()
-        _holds_lights[key] = any(item.type == "LIGHT" or _instances_lights(item) or (nodes and _makes_instances(item))
-                                 for item in collection.all_objects)
-    return _holds_lights[key]
+        known[key] = any(item.type == "LIGHT" or _instances_lights(item) or (nodes and _makes_instances(item))
+                         for item in collection.all_objects)
+    return known[key]
 
 
 def _instances_lights(item: bpy.types.Object) -> bool:

@@ -5,7 +5,7 @@ the last as driver expressions; `VARIABLES` gives the data path of every variabl
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import bpy
 from mathutils import Matrix
@@ -76,11 +76,3 @@ def from_light(light: bpy.types.Light, matrix: Matrix) -> Lamp:
         area = math.prod(halves) * (math.pi if is_round else 4)
         return Lamp(position, size, energy / math.pi, math.sqrt(area / math.pi) / max(size, 1e-30))
     return Lamp(position, light.shadow_soft_size * matrix.median_scale, energy / (4 * math.pi))
-
-
-def value(name: str, item: bpy.types.Object) -> float:
-    """The value of a variable for an evaluated object."""
-    if name.startswith("m"):
-        return item.matrix_world[int(name[1])][int(name[2])]
-    stored: Any = getattr(item.data, VARIABLES[name].partition(".")[2])
-    return float(stored)

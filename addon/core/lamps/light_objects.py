@@ -22,7 +22,6 @@ def forget() -> None:
 
 
 def forget_layers() -> None:
-    """Forget which collections are rendered."""
     _rendered.clear()
 
 
@@ -32,7 +31,6 @@ def is_layer_known() -> bool:
 
 
 def light_objects() -> list[bpy.types.Object]:
-    """All objects of the file that are lights."""
     global _objects, _signature
     signature = tuple((light.session_uid, light.users) for light in bpy.data.lights)
     if _objects is None or _signature != signature or not _are_valid(_objects):
@@ -43,7 +41,6 @@ def light_objects() -> list[bpy.types.Object]:
 
 
 def get_light(item: bpy.types.Object) -> bpy.types.Light:
-    """The light of a light object."""
     return cast(bpy.types.Light, item.data)
 
 
@@ -53,7 +50,6 @@ def shining(layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
 
 
 def is_rendered(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> bool:
-    """Whether a light of the file is rendered with a view layer."""
     if item.hide_render:
         return False
     key = layer.id_data.session_uid, layer.name

@@ -11,6 +11,7 @@ from mathutils import Vector
 
 from ....fitter.imaging.studio import radiance
 from ..annotations import not_none
+from ..blender.node_trees import use_nodes
 from .world_lights import directions
 
 STUDIO_NAME = "Measured BRDF Studio"
@@ -32,9 +33,7 @@ def add(scene: bpy.types.Scene, toward: Vector) -> bpy.types.World:
     if scene.world is not None and scene.world.library is None:
         scene.world.use_fake_user = True
     world = bpy.data.worlds.new(STUDIO_NAME)
-    if bpy.app.version < (5, 0, 0):             # since then every world does
-        world.use_nodes = True
-    tree = not_none(world.node_tree)
+    tree = use_nodes(world)
     tree.nodes.clear()
     place, turn, picture, background, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in (
         "TexCoord", "Mapping", "TexEnvironment", "Background", "OutputWorld"))

@@ -5,7 +5,7 @@ there is none, only adds noise: the result stays correct (see `lamps`).
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -15,7 +15,8 @@ from mathutils import Euler, Vector
 
 from ....fitter.arrays import FloatArray, SingleArray
 from ....fitter.storage.files import time_and_size
-from ..annotations import Vector3, not_none
+from ..annotations import Vector3
+from ..blender.node_trees import list_upstream
 
 _IMAGE_ROWS = 512               # an image is searched at this resolution: a third of a degree
 _MIN_ROWS = 16                  # below this a spot cannot be told from its surroundings
@@ -37,33 +38,19 @@ class Spot(NamedTuple):
 
 
 def bright_spots(world: bpy.types.World | None) -> list[Spot]:
-    """The bright places of a world."""
     tree = world.node_tree if world is not None else None
     if tree is None:
         return []
     strength = max((node.inputs["Strength"].default_value for node in tree.nodes if node.type == "BACKGROUND"),
                    default=0.0)
     bright: list[Spot] = []
-    outputs = [link for link in tree.links if link.to_node.type == "OUTPUT_WORLD"]
-    for node in _upstream_nodes(outputs, tree.links):
+    for node in list_upstream(link for link in tree.links if link.to_node.type == "OUTPUT_WORLD"):
         if node.type == "TEX_SKY" and getattr(node, "sun_disc", False):
             bright.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
         elif node.type == "TEX_ENVIRONMENT" and node.projection == "EQUIRECTANGULAR" and node.image is not None:
             bright += [Spot(_to_world(node, direction), radius, light * strength)
                        for direction, radius, light in _image_spots(node.image.original)]
     return bright
-
-
-def _upstream_nodes(links: Iterable[bpy.types.NodeLink], every: Iterable[bpy.types.NodeLink]) -> list[bpy.types.Node]:
-    """The nodes that these links come from, and all nodes before those."""
-    nodes: list[bpy.types.Node] = []
-    waiting = list(links)
-    while waiting:
-        node = not_none(waiting.pop().from_node)
-        if node not in nodes:
-            nodes.append(node)
-            waiting += [link for link in every if link.to_node == node]
-    return nodes
 
 
 def _sun(node: bpy.types.Node) -> Vector3:

@@ -5,7 +5,7 @@ import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import bpy
 
@@ -21,13 +21,6 @@ _CATALOGUES = "blender_assets.cats.txt"
 _NAMESPACE = uuid.UUID("6f0ae9a1-9d1b-4f5f-8f5e-6c0c7a3d2b10")      # gives the catalogue the same id in every library
 _CATALOGUE_HEADER = "# Asset catalogues of this folder: UUID:path:simple name\nVERSION 1\n"
 _SET_BY_USERS = ("catalog_id", "author", "copyright", "license")
-
-
-class Remembered(NamedTuple):
-    """An asset before its material is fitted again: its preset, and whether users left the description as it was."""
-
-    preset: str
-    has_own_description: bool
 
 
 def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> None:
@@ -77,23 +70,25 @@ def unmarked_on_error(material: bpy.types.Material) -> Iterator[None]:
         raise
 
 
-def remember(material: bpy.types.Material) -> Remembered | None:
-    """What `renew` needs to know of an asset before its material is fitted again; None if it is no asset."""
+def remember(material: bpy.types.Material) -> tuple[str, bool] | None:
+    """What `renew` needs to know of an asset before its material is fitted again: its preset, and whether users left
+    the description as it was; None if it is no asset."""
     if material.asset_data is None:
         return None
     settings = material.measured_brdf
-    return Remembered(settings.preset, material.asset_data.description == describe(settings))
+    return settings.preset, material.asset_data.description == describe(settings)
 
 
-def renew(material: bpy.types.Material, remembered: Remembered | None, picture: SingleArray | None = None) -> None:
+def renew(material: bpy.types.Material, remembered: tuple[str, bool] | None,
+          picture: SingleArray | None = None) -> None:
     """Update an asset after its material was fitted again, or make one. Changes by users stay."""
     if remembered is None:
         mark(material, picture)
         return
-    data, settings = not_none(material.asset_data), material.measured_brdf
-    if remembered.has_own_description:
+    data, settings, (preset, is_default) = not_none(material.asset_data), material.measured_brdf, remembered
+    if is_default:
         data.description = describe(settings)
-    tag = data.tags.get(remembered.preset)
+    tag = data.tags.get(preset)
     if tag is not None:
         data.tags.remove(tag)
         data.tags.new(settings.preset, skip_if_exists=True)

@@ -77,7 +77,6 @@ def _temporary(part: Path) -> Path:
 
 
 def next_part(path: str | Path) -> Path:
-    """The path of the next part of a library."""
     path, number = Path(path), 2
     part = path
     while part.exists() and (part != path or not refusal(part)):

@@ -13,15 +13,11 @@ from . import material as materials
 from .look import BALL, LIGHTINGS, SHAPES, STUDIO
 
 
-def _is_shown(_settings: Any, material: bpy.types.Material) -> bool:
-    return materials.is_shown(material)
-
-
 class MeasuredComparison(bpy.types.PropertyGroup):
     """Stored with the scene."""
 
     pinned: PointerProperty(
-        name="Compare With", type=bpy.types.Material, poll=_is_shown,
+        name="Compare With", type=bpy.types.Material, poll=lambda _, material: materials.is_shown(material),
         description="A measured material beside which the others are shown")
     divide: FloatProperty(
         name="Line", default=0.5, min=0, max=1, subtype="FACTOR",
@@ -41,11 +37,6 @@ def find_pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.typ
     return None if other is None or other == material or not materials.is_shown(other) else other
 
 
-def register() -> None:
-    bpy.utils.register_class(MeasuredComparison)
-    bpy.types.Scene.measured_brdf_comparison = PointerProperty(type=MeasuredComparison, name="Compare Measured BRDFs")
-
-
-def unregister() -> None:
-    del bpy.types.Scene.measured_brdf_comparison
-    bpy.utils.unregister_class(MeasuredComparison)
+classes = (MeasuredComparison,)
+pointers = ((bpy.types.Scene, "measured_brdf_comparison",
+             PointerProperty(type=MeasuredComparison, name="Compare Measured BRDFs")),)

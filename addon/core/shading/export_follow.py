@@ -70,7 +70,6 @@ class GltfHook:
     """What the exporter of glTF calls: its warnings are shown when it has finished."""
 
     def gather_material_hook(self, _made: Any, material: bpy.types.Material, settings: Any) -> None:
-        """Called for each material that is written."""
         for line in lost_in(material):
             if not line.startswith(f"{material.name}: {export_surface.NOT_EVERYWHERE}"):
                 settings["log"].warning(line, popup=True)
@@ -87,15 +86,9 @@ def _on_save(*_: object) -> None:
         _follow_all()
 
 
-def register() -> None:
-    bpy.app.handlers.depsgraph_update_post.append(_on_edit)
-    bpy.app.handlers.save_pre.append(_on_save)
-
-
 def unregister() -> None:
     _stop_waiting()
     _changed.clear()
-    for handlers, handler in ((bpy.app.handlers.depsgraph_update_post, _on_edit),
-                              (bpy.app.handlers.save_pre, _on_save)):
-        if handler in handlers:
-            handlers.remove(handler)
+
+
+handlers = {"depsgraph_update_post": _on_edit, "save_pre": _on_save}

@@ -1,22 +1,18 @@
 """What is connected to the inputs of a measured material's node, as far as a file for other programs can have it: a
 product of a constant and of images."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
 
+from ....fitter.arrays import FloatArray
 from ....fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb, luminance
 from ....fitter.imaging.pictures import srgb
 from ..annotations import not_none
 from ..blender.previews import picture_of
 from ..storage.reading import scene_colours
-
-if TYPE_CHECKING:
-    from ....fitter.arrays import FloatArray
 
 LARGEST = 2048              # texels on a side of what is baked
 _STILL_KINDS = "FILE", "GENERATED"

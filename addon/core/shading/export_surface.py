@@ -11,26 +11,21 @@ Tint and Strength multiply all that the closest Principled BSDF reflects. Where 
 mix, the products are baked: of the four formats glTF alone has a factor beside a texture.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
 
+from ....fitter.arrays import FloatArray
 from ....fitter.colours import DEFAULT_COLOURS, conversion
-from ....fitter.cycles.principled_bsdf import DIELECTRIC
+from ....fitter.cycles.principled_bsdf import DIELECTRIC, Principled
 from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
+from ..storage.outcomes import Surface
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
 from .export_inputs import ONE, Picture, Product
-
-if TYPE_CHECKING:
-    from ....fitter.arrays import FloatArray
-    from ....fitter.cycles.principled_bsdf import Principled
-    from ..storage.outcomes import Surface
 
 EXPORT_NAME = "Measured BRDF Export"
 BASE_COLOR, ROUGH_METAL = f"{EXPORT_NAME} Base Color", f"{EXPORT_NAME} Roughness and Metallic"  # Image Texture nodes
@@ -49,7 +44,7 @@ _HUE = 0.05                             # of a tint, largest less smallest over 
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
 _SMOOTH_ROUGHNESS = 0.3                 # roughness below which reflections are seen as such
 
-_Read = Callable[[bpy.types.NodeSocket], "FloatArray"]
+_Read = Callable[[bpy.types.NodeSocket], FloatArray]
 _Values = dict[str, Any]
 
 
@@ -105,27 +100,13 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
 
 
 class Evaluated(NamedTuple):
-    """What is exported of a measured group or a mix, where it varies at texels.
+    """What is exported of a measured group or a mix, where it varies at texels."""
 
-    Attributes
-    ----------
-    values : dict
-        By the name of an input: (1 or 3,), or (height, width, 1 or 3), linear. Empty where a part is missing.
-    tint : (3,) or (height, width, 3) float64
-        Tint times Strength, which `values` have been multiplied by.
-    read : callable
-        The value of another input of the group or of a mix inside of it, as `tint`.
-    lost : list of str
-        What of it is not exported.
-    placed : Node, or None
-        The texels lie as the image of this node does.
-    """
-
-    values: _Values
-    tint: FloatArray
-    read: _Read
-    lost: list[str]
-    placed: bpy.types.Node | None
+    values: _Values     # by an input's name, (1 or 3,) or (height, width, 1 or 3), linear; empty if a part is missing
+    tint: FloatArray    # Tint times Strength, which `values` have been multiplied by: (3,) or (height, width, 3)
+    read: _Read         # the value of another input of the group or of a mix inside of it, as `tint`
+    lost: list[str]     # what of it is not exported
+    placed: bpy.types.Node | None       # the texels lie as the image of this node does
 
 
 def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
@@ -253,7 +234,6 @@ def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
 
 
 def _last_written(export: bpy.types.Node) -> _Values:
-    """The values that were last written."""
     return dict(export.get(_SHOWN, {}).items())
 
 
@@ -333,15 +313,9 @@ def normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 
 
 def _follow_normal(tree: bpy.types.NodeTree, node: bpy.types.Node, export: bpy.types.Node) -> None:
-    wanted, normal = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None, export.inputs["Normal"]
-    link = not_none(normal.links)[0] if normal.is_linked else None
-    if link is not None and link.from_node.name != export.get(_NORMAL_SOURCE):
-        return                          # the user's own
-    if link is not None and link.from_socket != wanted:
-        tree.links.remove(link)
-    if wanted is not None and not normal.is_linked:
-        tree.links.new(wanted, normal)
-        export[_NORMAL_SOURCE] = wanted.node.name
+    wanted = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None
+    if _follow_link(tree, export.inputs["Normal"], wanted, export.get(_NORMAL_SOURCE, "")):
+        export[_NORMAL_SOURCE] = not_none(wanted).node.name
 
 
 def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> None:
@@ -351,15 +325,25 @@ def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> No
             if any(link.from_node == export for link in not_none(node.inputs["Surface"].links))]
     links = [link for node in ours for link in not_none(node.inputs["Displacement"].links)]
     before, wanted = export.get(_DISPLACED, ""), not_none(links[0].from_socket) if links else None
-    for socket in (node.inputs["Displacement"] for node in outputs if ours and node not in ours):
-        for link in not_none(socket.links):
-            if link.from_node.name == before and link.from_socket != wanted:
-                tree.links.remove(link)
-        if wanted is not None and not socket.is_linked:
-            tree.links.new(wanted, socket)
+    for node in outputs:
+        if ours and node not in ours:
+            _follow_link(tree, node.inputs["Displacement"], wanted, before)
     now = "" if wanted is None else wanted.node.name
     if now != before:
         export[_DISPLACED] = now
+
+
+def _follow_link(tree: bpy.types.NodeTree, target: bpy.types.NodeSocket, wanted: bpy.types.NodeSocket | None,
+                 before: str) -> bool:
+    """Connect an input to what is wanted, in the place of a link from the node `before`; the user's own stay. Whether
+    there is a new link."""
+    for link in not_none(target.links):
+        if link.from_node.name == before and link.from_socket != wanted:
+            tree.links.remove(link)
+    if wanted is None or target.is_linked:
+        return False
+    tree.links.new(wanted, target)
+    return True
 
 
 def _bake(material: bpy.types.Material, export: bpy.types.Node, values: _Values,

@@ -24,6 +24,7 @@ from ....fitter import progress
 from ....fitter.arrays import FloatArray, SingleArray
 from ..annotations import Vector3, not_none
 from ..blender import osl_support
+from ..blender.node_trees import use_nodes
 from ..blender.previews import picture_of
 
 SPHERE, BALL = "SPHERE", "BALL"
@@ -55,19 +56,15 @@ _SAMPLE = re.compile(r"Sample (\d+)/(\d+)")
 
 
 class Request(NamedTuple):
-    """What is rendered of the materials in a .blend that are named.
-
-    `world` is the name of the one that gives the light, empty where `lighting` is not WORLD; transform and exposure
-    (stops) are those of its view. `size` is in pixels on a side, `samples` per pixel.
-    """
+    """What is rendered of the materials in a .blend that are named."""
 
     materials: list[str]
-    world: str
+    world: str          # the name of the one that gives the light; empty where `lighting` is not WORLD
     shape: str
     lighting: str
-    size: int
-    samples: int
-    transform: str
+    size: int           # pixels on a side
+    samples: int        # per pixel
+    transform: str      # this and the exposure, in stops, are of the view
     exposure: float
 
 
@@ -115,17 +112,22 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
     scene.render.resolution_percentage = 100
     scene.render.image_settings.file_format = "PNG"
     scene.view_settings.view_transform = "Standard" if lighting == STUDIO else "AgX"
-    scene.world = world if lighting == WORLD else _sky() if lighting == SKY else _dim()
+    scene.world = world if lighting == WORLD else _sky() if lighting == SKY else _world((0.5, 0.5, 0.5, 1), 0.15)[0]
     if shape == BALL:
-        _add(scene, _SUBJECT, _lathe(_ball_profile())).matrix_world = _placement(_BALL_AT, _TILT)
+        _add(scene, _SUBJECT, _lathe(_ball_profile())).matrix_world = (
+            Matrix.Translation((0, 0, _BALL_AT)) @ Matrix.Rotation(_TILT, 4, "X"))
         _add(scene, _SUBJECT, _lathe(_stand_profile()))
     else:
-        _add(scene, _SUBJECT, sphere()).matrix_world = _placement(1.0, 0.0)
+        _add(scene, _SUBJECT, sphere()).location.z = 1
     if lighting != WORLD:
-        _add(scene, _FLOOR_NAME, _backdrop() if lighting == STUDIO else _plane())
+        _add(scene, _FLOOR_NAME, _backdrop() if lighting == STUDIO else _floor(
+            [(-_EXTENT, -_EXTENT, 0), (_EXTENT, -_EXTENT, 0), (_EXTENT, _EXTENT, 0), (-_EXTENT, _EXTENT, 0)],
+            [(0, 1, 2, 3)]))
     if lighting == STUDIO:
         _add_lights(scene)
-    _add_camera(scene, _CAMERA[lighting], *((1.12, 112) if shape == BALL else (1.0, 122)))
+    camera = bpy.data.cameras.new(_LOOK_NAME)
+    height, camera.lens = (1.12, 112) if shape == BALL else (1.0, 122)      # that it looks at, and mm
+    scene.camera = _add_aimed(scene, camera, _CAMERA[lighting], height)
     return scene
 
 
@@ -165,14 +167,10 @@ def _report_progress() -> Iterator[None]:
         bpy.app.handlers.render_stats.remove(on_stats)
 
 
-def _add(scene: bpy.types.Scene, name: str, mesh: bpy.types.Mesh) -> bpy.types.Object:
-    item = bpy.data.objects.new(name, mesh)
+def _add(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.types.Object:
+    item = bpy.data.objects.new(name, data)
     scene.collection.objects.link(item)
     return item
-
-
-def _placement(height: float, tilt: float) -> Matrix:
-    return Matrix.Translation((0, 0, height)) @ Matrix.Rotation(tilt, 4, "X")
 
 
 def _ball_profile() -> FloatArray:
@@ -233,77 +231,57 @@ def _backdrop() -> bpy.types.Mesh:
     return _floor(places, [(2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2) for i in range(len(depth) - 1)])
 
 
-def _plane() -> bpy.types.Mesh:
-    places = [(x, y, 0.0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    return _floor([(_EXTENT * x, _EXTENT * y, z) for x, y, z in places], [(0, 1, 2, 3)])
-
-
-def _floor(places: list[tuple[float, float, float]], faces: list[tuple[int, int, int, int]]) -> bpy.types.Mesh:
+def _floor(places: list[Vector3], faces: list[tuple[int, int, int, int]]) -> bpy.types.Mesh:
     mesh = bpy.data.meshes.new(_LOOK_NAME)
     mesh.from_pydata(places, [], faces)
     for polygon in mesh.polygons:
         polygon.use_smooth = True
-    mesh.materials.append(_floor_material())
+    material = bpy.data.materials.new(_FLOOR_NAME)
+    _add_surface(material, "BsdfDiffuse", "OutputMaterial", (_FLOOR_ALBEDO, _FLOOR_ALBEDO, _FLOOR_ALBEDO, 1))
+    mesh.materials.append(material)
     return mesh
 
 
-def _floor_material() -> bpy.types.Material:
-    material = bpy.data.materials.new(_FLOOR_NAME)
-    if bpy.app.version < (5, 0, 0):             # since then every material does
-        material.use_nodes = True
-    nodes = not_none(material.node_tree).nodes
-    nodes.clear()
-    diffuse, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
-    diffuse.inputs["Color"].default_value = (_FLOOR_ALBEDO, _FLOOR_ALBEDO, _FLOOR_ALBEDO, 1)
-    not_none(material.node_tree).links.new(diffuse.outputs["BSDF"], output.inputs["Surface"])
-    return material
+def _add_aimed(scene: bpy.types.Scene, data: bpy.types.Light | bpy.types.Camera, place: Vector3,
+               height: float) -> bpy.types.Object:
+    """Add a lamp or a camera at a place, turned to a height above the origin."""
+    item = _add(scene, _LOOK_NAME, data)
+    toward = Vector(place) - Vector((0, 0, height))
+    item.location, item.rotation_euler = place, toward.to_track_quat("Z", "Y").to_euler()
+    return item
 
 
 def _add_lights(scene: bpy.types.Scene) -> None:
     for place, size, power in _SCENE_LIGHTS:
         light = bpy.data.lights.new(_LOOK_NAME, "AREA")
         light.shape, light.size, light.energy = "DISK", size, power
-        item = bpy.data.objects.new(_LOOK_NAME, light)
-        scene.collection.objects.link(item)
-        toward = Vector(place) - Vector((0, 0, 1))
-        item.location, item.rotation_euler = place, toward.to_track_quat("Z", "Y").to_euler()
+        _add_aimed(scene, light, place, 1)
 
 
-def _add_camera(scene: bpy.types.Scene, place: Vector3, height: float, lens: float) -> None:
-    """Look from a place at a height above the origin, with a focal length in mm."""
-    camera = bpy.data.cameras.new(_LOOK_NAME)
-    camera.lens = lens
-    item = bpy.data.objects.new(_LOOK_NAME, camera)
-    scene.collection.objects.link(item)
-    item.location = place
-    item.rotation_euler = (Vector(place) - Vector((0, 0, height))).to_track_quat("Z", "Y").to_euler()
-    scene.camera = item
-
-
-def _dim() -> bpy.types.World:
-    world, background = _world()
-    background.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1)
-    background.inputs["Strength"].default_value = 0.15
-    return world
+def _world(color: tuple[float, float, float, float], strength: float) -> tuple[bpy.types.World, bpy.types.Node]:
+    """An even world, and the node that makes it."""
+    world = bpy.data.worlds.new(_LOOK_NAME)
+    background = _add_surface(world, "Background", "OutputWorld", color)
+    background.inputs["Strength"].default_value = strength
+    return world, background
 
 
 def _sky() -> bpy.types.World:
-    world, background = _world()
+    world, background = _world((0.5, 0.5, 0.5, 1), _SKY_STRENGTH)
     sky: Any = not_none(world.node_tree).nodes.new("ShaderNodeTexSky")
     kinds = sky.bl_rna.properties["sky_type"].enum_items.keys()
     sky.sky_type = next(kind for kind in ("MULTIPLE_SCATTERING", "NISHITA") if kind in kinds)
     sky.sun_elevation, sky.sun_rotation = _SUN
-    background.inputs["Strength"].default_value = _SKY_STRENGTH
     not_none(world.node_tree).links.new(sky.outputs["Color"], background.inputs["Color"])
     return world
 
 
-def _world() -> tuple[bpy.types.World, bpy.types.Node]:
-    world = bpy.data.worlds.new(_LOOK_NAME)
-    if bpy.app.version < (5, 0, 0):             # since then every world does
-        world.use_nodes = True
-    nodes = not_none(world.node_tree).nodes
-    nodes.clear()
-    background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
-    not_none(world.node_tree).links.new(background.outputs["Background"], output.inputs["Surface"])
-    return world, background
+def _add_surface(owner: bpy.types.Material | bpy.types.World, kind: str, output: str,
+                 color: tuple[float, float, float, float]) -> bpy.types.Node:
+    """Give a new material or world one node of a colour, at its output: that node."""
+    tree = use_nodes(owner)
+    tree.nodes.clear()
+    node, end = tree.nodes.new(f"ShaderNode{kind}"), tree.nodes.new(f"ShaderNode{output}")
+    node.inputs["Color"].default_value = color
+    tree.links.new(node.outputs[0], end.inputs["Surface"])
+    return node

@@ -1,10 +1,8 @@
 """Makes materials of fits: puts a compiled shader where the surface of a material is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Literal
+from contextlib import ExitStack, contextmanager
+from typing import Any, Literal
 
 import bpy
 import numpy as np
@@ -14,14 +12,13 @@ from ....fitter.shader_constants import MOST_MIXED
 from .. import versions
 from ..annotations import not_none
 from ..blender import followers
+from ..blender.node_trees import list_upstream, use_nodes
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
+from ..storage.outcomes import Outcome, Surface
 from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
 from . import export_surface, mixing, node_group
 from .compiler import Shader, compile_surface
-
-if TYPE_CHECKING:
-    from ..storage.outcomes import Outcome, Surface
 
 
 def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
@@ -32,8 +29,7 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
     """
     with new_data_removed_on_error():
         material = bpy.data.materials.new(outcome.measured.name)
-        use_nodes(material)
-        not_none(material.node_tree).nodes.clear()
+        use_nodes(material).nodes.clear()
         assign(material, outcome, choices, context, shader)
     return material
 
@@ -42,62 +38,67 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
            shader: Shader | None = None) -> None:
     """Give a material a new fit, made by `choices`; if that fails, it stays as it was. Raises as `create` does."""
     shader = compile_surface(outcome.surface) if shader is None else shader
-    with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
+    with _replacement([material], context):
         use_nodes(material)
         is_new = group_node(material) is None
-        node, before = _show_surface(material, outcome.surface, shader)
-        node.label = outcome.measured.name
+        _show_surface(material, outcome.surface, shader).label = outcome.measured.name
         rendering = choices.rendering if is_new else get_rendering(material)
         # this correction would bend the shader's directions, which are right as they are
         material.cycles.use_bump_map_correction = False
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
-        unused, names = _finish_replacement(material, before, not_none(node.node_tree), context)
-    bpy.data.batch_remove(unused)
-    for item, name in names:
-        item.name = name
 
 
 def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Context, shader: Shader) -> None:
     """Give a measured material the shader of its fit as it was edited; if that fails, it stays as it was."""
-    with restored_on_error(material, RESULTS):
-        node, before = _show_surface(material, surface, shader)
+    with _replacement([material], context):
+        _show_surface(material, surface, shader)
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = surface.sphere, as_text(surface.edit), versions.CURRENT
-        unused, names = _finish_replacement(material, before, not_none(node.node_tree), context)
-    bpy.data.batch_remove(unused)
-    for item, name in names:
-        item.name = name
 
 
 def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, context: bpy.types.Context) -> None:
     """Give measured materials that share a shader a new one of the same fit; if that fails, all stay as they were."""
+    with _replacement(materials, context):
+        tree = node_group.find_or_create(shader, materials[0].name)
+        for material in materials:
+            show(material, tree)
+            material.measured_brdf.version = versions.CURRENT
+
+
+@contextmanager
+def _replacement(materials: Sequence[bpy.types.Material], context: bpy.types.Context) -> Iterator[None]:
+    """Have mixes, and whoever follows, know of the groups that the block gives to materials; if either fails, all stay
+    as they were.
+
+    Groups that nothing uses any more are removed.
+    """
+    former = [_group(item) for item in materials]
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
-        tree, replaced = node_group.find_or_create(shader, materials[0].name), []
-        for material in materials:
-            restored.enter_context(restored_on_error(material, RESULTS))
-            node, before = show(material, tree)
-            replaced.append(before)
-            restored.enter_context(mixing.mixes.following(material, before, node.node_tree))
-            material.measured_brdf.version = versions.CURRENT
+        for item in materials:
+            restored.enter_context(restored_on_error(item, (*CHOICES, *RESULTS)))
+        yield
+        made = [not_none(_group(item)) for item in materials]
+        for item, before, after in zip(materials, former, made, strict=True):
+            restored.enter_context(mixing.mixes.following(item, before, after))
         followers.tell(context)
-        unused = {item for before in replaced for item in node_group.unused_groups(before)}
-        names = _names(tree, materials)
+        unused = {each for before in former for each in node_group.unused_groups(before)}
+        for item in materials:
+            mixing.mixes.changed(item)
     bpy.data.batch_remove(unused)
-    for item, name in names:
-        item.name = name
+    # it could not have this name beside the former group; one that is of other materials too goes by theirs
+    users = bpy.data.user_map(subset=made)[made[0]]
+    if all(user in materials for user in users if isinstance(user, bpy.types.Material)):
+        made[0].name = materials[0].name
 
 
 def remove(material: bpy.types.Material) -> None:
     """Remove a material that nothing uses, and its shader, or the group by which it mixes others."""
-    node, mix = group_node(material), mix_node(material)
-    tree = None if node is None else node.node_tree
-    group = None if mix is None else mix.node_tree
+    trees = [node.node_tree for node in (group_node(material), mix_node(material)) if node is not None]
     bpy.data.materials.remove(material)
-    bpy.data.batch_remove(node_group.unused_groups(tree))
-    if group is not None and not bpy.data.user_map(subset=[group])[group]:
-        bpy.data.node_groups.remove(group)
+    for tree in trees:
+        bpy.data.batch_remove(node_group.unused_groups(tree))
 
 
 def group_node(material: bpy.types.Material) -> bpy.types.Node | None:
@@ -105,10 +106,14 @@ def group_node(material: bpy.types.Material) -> bpy.types.Node | None:
     return next(iter(group_nodes(material)), None)
 
 
+def _group(material: bpy.types.Material) -> bpy.types.NodeTree | None:
+    node = group_node(material)
+    return None if node is None else node.node_tree
+
+
 def mix_node(material: bpy.types.Material) -> bpy.types.Node | None:
     """The first node of a material that mixes measured materials, or None."""
-    nodes = () if material.node_tree is None else material.node_tree.nodes
-    return next((node for node in nodes if node.type == "GROUP" and mixing.mixes.is_mix(node.node_tree)), None)
+    return next((node for node in _list_groups(material.node_tree) if mixing.mixes.is_mix(node.node_tree)), None)
 
 
 def surface_node(material: bpy.types.Material) -> bpy.types.Node | None:
@@ -123,30 +128,28 @@ def is_shown(material: bpy.types.Material) -> bool:
 
 def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
     """All nodes of a material that hold a measured BRDF."""
-    if material.node_tree is None:
-        return []
-    return [node for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree is not None
-            and node_group.script_node(node.node_tree) is not None]
+    return [node for node in _list_groups(material.node_tree)
+            if node_group.script_node(not_none(node.node_tree)) is not None]
+
+
+def _list_groups(tree: bpy.types.NodeTree | None) -> list[bpy.types.Node]:
+    """The nodes of a tree that hold a group."""
+    nodes = () if tree is None else tree.nodes
+    return [node for node in nodes if node.type == "GROUP" and node.node_tree is not None]
 
 
 def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> bool:
     """Whether what a renderer takes as the surface of a material has a measured BRDF in it."""
     tree = not_none(material.node_tree)
     output = tree.get_output_node(engine)
-    left, seen = [output] if output is not None else [], set()
-    while left:
-        node = left.pop()
-        seen.add(node.name)
-        sockets = [node.inputs["Surface"]] if node == output else node.inputs
-        left += [link.from_node for socket in sockets for link in socket.links if link.from_node.name not in seen]
-    return any(node.name in seen for node in group_nodes(material)) or count_rendered(tree) > len(group_nodes(material))
+    seen = [] if output is None else list_upstream(not_none(output.inputs["Surface"].links))
+    measured = group_nodes(material)
+    return any(node in seen for node in measured) or count_rendered(tree) > len(measured)
 
 
 def count_rendered(tree: bpy.types.NodeTree | None) -> int:
     """How many measured BRDFs a node tree renders at once, also inside of node groups; of a mix, at most two."""
-    if tree is None:
-        return 0
-    groups = [node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None]
+    groups = [not_none(node.node_tree) for node in _list_groups(tree)]
     return sum(1 if node_group.script_node(group) is not None
                else min(mixing.mixes.count(group), MOST_MIXED) if mixing.mixes.is_mix(group) else count_rendered(group)
                for group in groups)
@@ -170,9 +173,7 @@ def use_rendering(material: bpy.types.Material, rendering: str) -> None:
 
 def _measured_nodes(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
     """The nodes that hold a measured BRDF or a mix of some, also inside of the node groups of this file."""
-    for node in tree.nodes:
-        if node.type != "GROUP" or node.node_tree is None:
-            continue
+    for node in _list_groups(tree):
         if node_group.script_node(node.node_tree) is not None or mixing.mixes.is_mix(node.node_tree):
             yield node
         elif node.node_tree.is_editable:
@@ -219,40 +220,28 @@ def is_as_made(material: bpy.types.Material) -> bool:
                     if socket.identifier in defaults and not socket.hide_value))
 
 
-def use_nodes(material: bpy.types.Material) -> None:
-    """Give a new material a node tree."""
-    if bpy.app.version < (5, 0, 0):             # since then every material does
-        material.use_nodes = True
-
-
-def show(material: bpy.types.Material,
-         tree: bpy.types.NodeTree) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
-    """Replace the measured group of a material, or connect a new one to its surface: the node, and the former group or
-    None.
+def show(material: bpy.types.Material, tree: bpy.types.NodeTree) -> bpy.types.Node:
+    """Replace the measured group of a material, or connect a new one to its surface: the node.
 
     What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
     """
     own_tree = not_none(material.node_tree)
     nodes = own_tree.nodes
-    node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
+    node, output = group_node(material), own_tree.get_output_node("CYCLES")
+    is_connected = node is not None and output is not None
     if node is None:
         node = nodes.new("ShaderNodeGroup")
-        node.name, node.width, node.node_tree = node_group.GROUP_NAME, 200, tree
+        node.name, node.width = node_group.GROUP_NAME, 200
         if output is not None:
             node.location = output.location.x - 260, output.location.y
-            _connect(own_tree, node, output)
-    else:
-        before, node.node_tree = node.node_tree, tree
+    node.node_tree = tree
     if output is None:
         output = nodes.new("ShaderNodeOutputMaterial")
         output.location = node.location.x + 260, node.location.y
-        _connect(own_tree, node, output)
+    if not is_connected:
+        own_tree.links.new(node.outputs[node_group.CYCLES_OUTPUT], output.inputs["Surface"])
     _show_in_eevee(own_tree, node, output)
-    return node, before
-
-
-def _connect(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.Node) -> None:
-    tree.links.new(node.outputs[node_group.CYCLES_OUTPUT], output.inputs["Surface"])
+    return node
 
 
 def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
@@ -272,36 +261,11 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
     tree.links.new(node.outputs[node_group.EEVEE_OUTPUT], eevee.inputs["Surface"])
 
 
-def _show_surface(material: bpy.types.Material, surface: Surface,
-                  shader: Shader) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
-    """Give a material a surface, in every renderer and in exports: what `show` returns."""
-    node = group_node(material)
-    former = None if node is None else node.node_tree
-    node, before = show(material, node_group.find_or_create(shader, material.name, unlike=former))
+def _show_surface(material: bpy.types.Material, surface: Surface, shader: Shader) -> bpy.types.Node:
+    """Give a material a surface, in every renderer and in exports: its node."""
+    node = show(material, node_group.find_or_create(shader, material.name, unlike=_group(material)))
     export_surface.update(material, node, surface)
-    return node, before
-
-
-def _finish_replacement(material: bpy.types.Material, before: bpy.types.NodeTree | None, after: bpy.types.NodeTree,
-                        context: bpy.types.Context) -> tuple[list[bpy.types.ID], list[tuple[bpy.types.ID, str]]]:
-    """Tell mixes, and whoever follows, of a material's new group: what nothing uses any more, and `_names`.
-
-    If that fails, mixes stay.
-    """
-    with mixing.mixes.following(material, before, after):
-        followers.tell(context)
-        unused = node_group.unused_groups(before)
-        mixing.mixes.changed(material)
-        return unused, _names(after, [material])
-
-
-def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) -> list[tuple[bpy.types.ID, str]]:
-    """The name of a new group, which it cannot have beside the one that it replaces; none where the group is that of
-    other materials too, by whose name it goes."""
-    users = bpy.data.user_map(subset=[tree])[tree]
-    if any(isinstance(user, bpy.types.Material) and user not in materials for user in users):
-        return []
-    return [(tree, materials[0].name)]
+    return node
 
 
 def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:

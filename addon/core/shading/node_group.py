@@ -7,27 +7,22 @@ that link is dropped, and the factor has its own value, 0: the closure nodes. EE
 renders fewer kinds of closures.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import bpy
 
+from ....fitter import Fit
 from ....fitter.cycles.bake import SHADER_VERSION, bake, interface
-from ....fitter.cycles.node_mixture import node_mixtures
+from ....fitter.cycles.node_mixture import Nodes, node_mixtures
 from .. import lamps
 from ..annotations import not_none
 from ..blender import osl_support, shared_groups
+from ..blender.node_trees import add_input
 from ..blender.transaction import new_data_removed_on_error
 from . import closure_nodes
 from .compiler import CompileError, Shader, compile_shader
-
-if TYPE_CHECKING:
-    from ....fitter import Fit
-    from ....fitter.cycles.node_mixture import Nodes
 
 GROUP_NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
@@ -158,34 +153,24 @@ def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
     # anisotropic fits have keeps its place
     tree.interface.new_socket(CYCLES_OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for Cycles")
-    tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
-    tint.default_value = (1, 1, 1, 1)
-    tint.description = "Multiplies the measured reflectance; white keeps it as measured"
-    strength = tree.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
-    strength.default_value, strength.min_value = 1, 0
-    strength.description = "Multiplies the measured reflectance"
-    normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
-    normal.hide_value = True
-    normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"
+    add_input(tree, "Tint", "Color", "Multiplies the measured reflectance; white keeps it as measured",
+              default_value=(1, 1, 1, 1))
+    add_input(tree, "Strength", "Float", "Multiplies the measured reflectance", default_value=1, min_value=0)
+    normal = add_input(tree, "Normal", "Vector", "Shading normal from a Bump or Normal Map node; by default, that of "
+                       "the surface", hide_value=True)
     tree.interface.new_socket(EEVEE_OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for EEVEE")
-    nodes = tree.interface.new_socket("Nodes", in_out="INPUT", socket_type="NodeSocketBool")
-    nodes.default_value = False
-    nodes.description = "Approximation by ordinary nodes, on all devices, even where Cycles renders with OSL"
+    nodes = add_input(tree, "Nodes", "Bool", "Approximation by ordinary nodes, on all devices, even where Cycles "
+                      "renders with OSL", default_value=False)
     tree.interface.move(nodes, normal.position)
     tangents = _add_tangent(tree, shader.nodes.cycles.turn is not None)
-    everywhere = tree.interface.new_socket(EVERYWHERE, in_out="INPUT", socket_type="NodeSocketBool")
-    everywhere.default_value = False
-    everywhere.description = (
-        "For comparisons with other renderers; in pictures nobody sees the difference, only more noise. Off: exact "
-        "where the camera sees the surface, directly or through sharp reflection, glass or transparency; light that "
-        "has come by a rough surface sees the nodes, which are close. On: exact for that light too")
-
+    add_input(tree, EVERYWHERE, "Bool", "For comparisons with other renderers; in pictures nobody sees the difference, "
+              "only more noise. Off: exact where the camera sees the surface, directly or through sharp reflection, "
+              "glass or transparency; light that has come by a rough surface sees the nodes, which are close. On: "
+              "exact for that light too", default_value=False)
     if shader.nodes.walk is not None:
-        scale = tree.interface.new_socket(SCALE_INPUT, in_out="INPUT", socket_type="NodeSocketFloat")
-        scale.default_value, scale.min_value = 1, _LEAST_SCALE
-        scale.description = ("Metres that a unit of the scene stands for: where they are few, light goes far below the "
-                             "surface, in comparison with the object")
+        add_input(tree, SCALE_INPUT, "Float", "Metres that a unit of the scene stands for: where they are few, light "
+                  "goes far below the surface, in comparison with the object", default_value=1, min_value=_LEAST_SCALE)
 
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE
@@ -224,10 +209,9 @@ def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types
 
 def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node, output: bpy.types.Node,
                   nodes: Nodes) -> None:
-    given = closure_nodes.Inputs(source.outputs["Tint"], source.outputs["Strength"], source.outputs["Normal"],
-                                 source.outputs.get("Tangent"), source.outputs.get("Rotation"))
+    inputs = dict(source.outputs.items())
     with _frame(tree, "Where the viewer is"):
-        frame = closure_nodes.add_frame(tree, given, nodes.cycles.turn, -3200, -400)
+        frame = closure_nodes.add_frame(tree, inputs, nodes.cycles.turn, -3200, -400)
     with _frame(tree, "Nodes: in Cycles without OSL"):
         in_cycles = closure_nodes.add_sum(tree, nodes.cycles, frame, -1200, -900)
     with _frame(tree, "In EEVEE"):
@@ -242,9 +226,8 @@ def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.
     surfaces = {CYCLES_OUTPUT: which.outputs[0], EEVEE_OUTPUT: in_eevee}
     if nodes.walk is not None:
         with _frame(tree, "Below the surface"):
-            surfaces = {name: closure_nodes.add_walk(tree, nodes.walk, name == CYCLES_OUTPUT,
-                                                     source.outputs[SCALE_INPUT], given, frame, above, -1200,
-                                                     900 - 400 * number)
+            surfaces = {name: closure_nodes.add_walk(tree, nodes.walk, name == CYCLES_OUTPUT, inputs, frame, above,
+                                                     -1200, 900 - 400 * number)
                         for number, (name, above) in enumerate(surfaces.items())}
     for name, surface in surfaces.items():
         tree.links.new(surface, output.inputs[name])
@@ -262,26 +245,18 @@ def _frame(tree: bpy.types.NodeTree, label: str, others: Sequence[bpy.types.Node
             node.parent = frame
 
 
-def _leave_out(tree: bpy.types.NodeTree, name: str) -> None:
-    """Keep the place of an input that a group has not."""
-    tree.interface.remove(tree.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketFloat"))
-
-
 def _add_tangent(tree: bpy.types.NodeTree, is_anisotropic: bool) -> list[str]:
     """The inputs of an anisotropic fit, as Blender's anisotropic nodes have them, or their places; their names."""
-    if not is_anisotropic:
-        _leave_out(tree, "Tangent")
-        _leave_out(tree, "Rotation")
-        return []
-    tangent = tree.interface.new_socket("Tangent", in_out="INPUT", socket_type="NodeSocketVector")
-    tangent.hide_value = True
-    tangent.description = ("Direction in which the surface was measured at 0 degrees, from a Tangent node; by default, "
-                           "around the Z axis of the object")
-    rotation = tree.interface.new_socket("Rotation", in_out="INPUT", socket_type="NodeSocketFloat")
-    rotation.subtype = "FACTOR"
-    rotation.min_value, rotation.max_value = 0, 1
-    rotation.description = "Turns the surface about its normal, counter-clockwise; 1 is a whole turn"
-    return ["Tangent", "Rotation"]
+    sockets = [
+        add_input(tree, "Tangent", "Vector", "Direction in which the surface was measured at 0 degrees, from a Tangent "
+                  "node; by default, around the Z axis of the object", hide_value=True),
+        add_input(tree, "Rotation", "Float", "Turns the surface about its normal, counter-clockwise; 1 is a whole turn",
+                  subtype="FACTOR", min_value=0, max_value=1)]
+    if is_anisotropic:
+        return [socket.name for socket in sockets]
+    for socket in sockets:
+        tree.interface.remove(socket)
+    return []
 
 
 def _store(node: bpy.types.Node, shader: Shader) -> None:

@@ -25,47 +25,31 @@ _NOT_COMPILED = "its shader is not compiled yet"
 
 
 class Rendered(NamedTuple):
-    """How a material is rendered.
+    """How a material is rendered."""
 
-    Attributes
-    ----------
-    how : str
-        `properties.EXACT` or NODES, or OTHER.
-    error, worst : float
-        The share of the light that goes in wrong directions, in the mean over the viewing angles and at the worst.
-    why : str
-        Why OSL does not run; empty if it does, and where closure nodes were chosen.
-    can_enable : bool
-        Whether OSL would run if the scene's settings for it were changed.
-    """
-
-    how: str
-    error: float
-    worst: float
-    why: str
-    can_enable: bool
+    how: str            # `properties.EXACT` or NODES, or OTHER
+    error: float        # the share of the light that goes in wrong directions, in the mean over the viewing angles
+    worst: float        # and at the worst
+    why: str            # why OSL does not run; empty if it does, and where closure nodes were chosen
+    can_enable: bool    # whether OSL would run if the scene's settings for it were changed
 
 
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
-    """How a measured material is rendered in a scene."""
     if not materials.shows(material, "EEVEE" if is_eevee_used(scene) else "CYCLES"):
         return Rendered(OTHER, 1.0, 1.0, "", False)
     tree, chosen = not_none(not_none(materials.surface_node(material)).node_tree), materials.get_rendering(material)
     is_chosen = chosen == NODES and not is_eevee_used(scene)
     off = "" if is_chosen else osl_obstacle(scene)
-    why = off or ("" if is_chosen or _is_compiled(tree) else _NOT_COMPILED)
+    # of a mix nobody asks whether it is compiled
+    is_compiled = node_group.script_node(tree) is None or node_group.is_compiled(tree)
+    why = off or ("" if is_chosen or is_compiled else _NOT_COMPILED)
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
     can_enable = (bool(off) and chosen != NODES and not osl_support.reason_unavailable()
                   and device.effective_device(scene) in device.WITH_OSL)
-    if is_eevee_used(scene):
-        return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
-    return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
-
-
-def _is_compiled(tree: bpy.types.NodeTree) -> bool:
-    """Whether a measured group has its shader; that of a mix is not asked for."""
-    return node_group.script_node(tree) is None or node_group.is_compiled(tree)
+    error, worst = ((node_group.EEVEE_ERROR, node_group.EEVEE_WORST) if is_eevee_used(scene)
+                    else (node_group.NODES_ERROR, node_group.NODES_WORST))
+    return Rendered(NODES, tree[error], tree[worst], why, can_enable)
 
 
 def subsurface_message(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
@@ -80,7 +64,6 @@ def subsurface_message(material: bpy.types.Material, scene: bpy.types.Scene) -> 
 
 
 def is_eevee_used(scene: bpy.types.Scene) -> bool:
-    """Whether EEVEE renders a scene."""
     return str(scene.render.engine) in _EEVEE_ENGINES
 
 
@@ -95,7 +78,7 @@ def osl_obstacle(scene: bpy.types.Scene) -> str:
     found = device.effective_device(scene)
     if found not in device.WITH_OSL:
         return f"Cycles has no OSL on {found} devices"
-    return "" if device.osl_runs(scene) else "OSL is off"
+    return "" if scene.cycles.shading_system else "OSL is off"
 
 
 def brief(found: Rendered, chosen: str) -> str:
@@ -110,8 +93,7 @@ def brief(found: Rendered, chosen: str) -> str:
 
 
 def sentence(found: Rendered, chosen: str) -> str:
-    """What the panel Rendering says of a material: `brief`, and the share of the light that goes in wrong directions.
-    """
+    """What the panel Rendering says of a material: `brief`, and how much light goes in wrong directions."""
     if found.how != NODES:
         return brief(found, chosen)
     error = f"Highlight Error {found.error:.1%} of the light"
@@ -121,14 +103,7 @@ def sentence(found: Rendered, chosen: str) -> str:
 
 
 def rendering_words(found: Rendered, is_previewed: bool = False) -> str:
-    """How a material is rendered, in some four words.
-
-    Parameters
-    ----------
-    found : Rendered
-    is_previewed : bool
-        Whether a viewport shows another engine's preview.
-    """
+    """How a material is rendered, in some four words; `is_previewed` where a viewport shows another engine."""
     if found.how == EXACT:
         return "Exact on final renders" if is_previewed else "Exact"
     if found.how == OTHER:
@@ -177,10 +152,4 @@ def _on_render(scene: bpy.types.Scene, *_: object) -> None:
         print(text, flush=True)
 
 
-def register() -> None:
-    bpy.app.handlers.render_init.append(_on_render)
-
-
-def unregister() -> None:
-    if _on_render in bpy.app.handlers.render_init:
-        bpy.app.handlers.render_init.remove(_on_render)
+handlers = {"render_init": _on_render}

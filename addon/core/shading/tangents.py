@@ -4,19 +4,15 @@ Without a link to the group's input Tangent, Cycles takes the direction around t
 it. On other shapes a UV map has to say it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 import numpy as np
 
+from ....fitter.arrays import FloatArray
 from ..annotations import not_none
 from . import material as materials
-
-if TYPE_CHECKING:
-    from ....fitter.arrays import FloatArray
 
 _MOST_POLYGONS = 256   # polygons of a mesh, evenly over all: panels ask whenever they are drawn
 _TURNED_COSINE = 0.3        # cosine between the normal and the lathe's direction, in the mean: less is a turned part
@@ -26,7 +22,6 @@ _MAKES_MESHES = {"NODES", "SCREW", "SKIN", "REMESH", "BUILD", "OCEAN", "FLUID"} 
 
 
 def anisotropic(item: bpy.types.Object) -> Iterator[bpy.types.Material]:
-    """The anisotropic measured materials of an object."""
     shown = dict.fromkeys(slot.material for slot in item.material_slots if slot.material is not None)
     yield from (material for material in shown if materials.tangent_input(material) is not None)
 

@@ -15,15 +15,12 @@ from ..annotations import Arguments
 
 class Measurement(NamedTuple):
     """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
-
-    `how` are keyword arguments of `fitter.load`, as JSON; name, channels and colours are those of the samples, which
-    `digest` identifies.
     """
 
     path: str
     sample: str
-    how: str
-    name: str
+    how: str                # keyword arguments of `fitter.load`, as JSON
+    name: str               # this and what follows is of the samples, which `digest` identifies
     channels: tuple[str, ...]
     colours: str
     digest: str
@@ -37,7 +34,6 @@ class Data(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """As `Measured.digest`."""
         return self.measured.digest
 
 
@@ -72,7 +68,6 @@ class FitRequest(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """Identifies the fit."""
         return f"{self.data.digest} {json.dumps(self.arguments, sort_keys=True)}"
 
     @property
@@ -90,7 +85,6 @@ class KeptMix(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """Identifies the mix."""
         return f"{self.first.digest} {self.second.digest} {self.share}"
 
     @property
@@ -104,32 +98,16 @@ Shown = EmbeddedFit | KeptMix | FitRequest
 
 
 class Surface(NamedTuple):
-    """What a material shows.
-
-    Attributes
-    ----------
-    kept : bytes
-        The fit, as `Fit.to_bytes` has it.
-    source : str
-        The OSL shader that `bake` made of it.
-    albedo : (3,)
-        Linear.
-    principled : Principled
-        The closest Principled BSDF.
-    sphere : str
-        A small picture, as `packed` makes it.
-    edit : dict
-        The keyword arguments of `fitter.edited` that the fit was made with.
-    """
+    """What a material shows."""
 
     colours: str
-    kept: bytes
-    source: str
+    kept: bytes             # the fit, as `Fit.to_bytes` has it
+    source: str             # the OSL shader that `bake` made of it
     nodes: Nodes
-    albedo: FloatArray
-    principled: Principled
-    sphere: str
-    edit: Arguments
+    albedo: FloatArray      # (3,), linear
+    principled: Principled  # the closest one
+    sphere: str             # a small picture, as `packed` makes it
+    edit: Arguments         # the keyword arguments of `fitter.edited` that the fit was made with
 
 
 class Outcome(NamedTuple):

@@ -64,9 +64,11 @@ def stored_paths() -> Iterator[Place]:
 
 
 def _paths_of_item(item: bpy.types.ID) -> Iterator[Place]:
-    if isinstance(item, bpy.types.Material) and can_change(item):
+    if not can_change(item):
+        return
+    if isinstance(item, bpy.types.Material):
         yield item.measured_brdf, "filepath"
-    if isinstance(item, bpy.types.Scene) and item.is_editable and item.override_library is None:
+    if isinstance(item, bpy.types.Scene):
         for places in scene_places:
             yield from places(item)
 
@@ -119,18 +121,5 @@ def _on_import(context: Any) -> None:
                 setattr(owner, name, whole)
 
 
-_HANDLERS = {"save_pre": _on_saving, "save_post": _on_saved, "save_post_fail": _on_saved,
-             "blend_import_post": _on_import}
-
-
-def register() -> None:
-    for name, handler in _HANDLERS.items():
-        if hasattr(bpy.app.handlers, name):
-            getattr(bpy.app.handlers, name).append(handler)
-
-
-def unregister() -> None:
-    for name, handler in _HANDLERS.items():
-        handlers = getattr(bpy.app.handlers, name, ())
-        if handler in handlers:
-            handlers.remove(handler)
+handlers = {"save_pre": _on_saving, "save_post": _on_saved, "save_post_fail": _on_saved,
+            "blend_import_post": _on_import}

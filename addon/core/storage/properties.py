@@ -104,7 +104,6 @@ class FitChoices:
 
 
 def _reading_property(option: Option) -> Any:
-    """The property of an option of reading."""
     named = {"name": option.label, "description": option.tooltip, "default": option.stored(option.default)}
     if option.choices:
         return EnumProperty(items=[(choice.key, choice.label, choice.tooltip) for choice in option.choices], **named)
@@ -120,7 +119,6 @@ def draw_presets(layout: bpy.types.UILayout, choices: Any) -> None:
 
 
 def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
-    """Draw the choice of a rendering."""
     _draw_enum(layout, choices, "rendering", [key for key, *_ in RENDERINGS])
 
 
@@ -201,21 +199,19 @@ def name_of_fit(settings: Any) -> str:
 
 
 class QualitySummary(NamedTuple):
-    """What a material is worth: in a line, in full, whether that is all one could wish for, and whether it is bad."""
+    """What a material is worth."""
 
     line: str
-    whole: str
-    is_well: bool
+    whole: str          # in full
+    is_well: bool       # whether that is all one could wish for
     is_bad: bool = False
 
     @property
     def icon(self) -> Literal["CHECKMARK", "ERROR", "INFO"]:
-        """The icon of either text."""
         return "CHECKMARK" if self.is_well else "ERROR" if self.is_bad else "INFO"
 
     @property
     def level(self) -> Literal["INFO", "WARNING"]:
-        """The level of a report of either text."""
         return "WARNING" if self.is_bad else "INFO"
 
 
@@ -289,11 +285,5 @@ def default_choices(path: str) -> Choices:
     return SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": path})
 
 
-def register() -> None:
-    bpy.utils.register_class(MeasuredMaterial)
-    bpy.types.Material.measured_brdf = PointerProperty(type=MeasuredMaterial, name="Measured BRDF")
-
-
-def unregister() -> None:
-    del bpy.types.Material.measured_brdf
-    bpy.utils.unregister_class(MeasuredMaterial)
+classes = (MeasuredMaterial,)
+pointers = ((bpy.types.Material, "measured_brdf", PointerProperty(type=MeasuredMaterial, name="Measured BRDF")),)

@@ -1,6 +1,11 @@
 import pytest
+from measured_brdf.addon.core import checks
+from measured_brdf.addon.core.blender import osl_support
+from measured_brdf.addon.core.lamps import light_objects
+from measured_brdf.addon.core.shading.material import count_rendered
 
-from support.stage import EEVEE, add_lamp, black_scene
+import fitter
+from support.stage import EEVEE, add_lamp, black_scene, blank_material, material_for
 
 
 @pytest.fixture
@@ -9,8 +14,6 @@ def scene(blender):
 
 
 def keys(scene):
-    from measured_brdf.addon.core import checks
-
     return [finding.key for finding in checks.check(scene)]
 
 
@@ -51,11 +54,6 @@ def test_more_lamps_without_a_size_than_can_be_known_are_reported(blender, scene
 
 
 def test_materials_that_mix_more_than_cycles_has_room_for_are_reported(blender, scene, glossy):
-    from measured_brdf.addon.core.shading.material import count_rendered
-
-    import fitter
-    from support.stage import blank_material, material_for
-
     measured = material_for(fitter.fit(glossy, 2, None)).node_tree.nodes
     tree = next(node for node in measured if node.type == "GROUP").node_tree
     material, group, _ = blank_material("Patina", "ShaderNodeGroup")
@@ -82,8 +80,6 @@ def measured(blender, glossy, write_astm, folder, **choices):
 @pytest.mark.parametrize("without", ["OSL", "Cycles"])
 def test_where_osl_cannot_run_the_way_out_of_exact_is_automatic(blender, scene, glossy, write_astm, tmp_path,
                                                                 monkeypatch, without):
-    from measured_brdf.addon.core.blender import osl_support
-
     material = measured(blender, glossy, write_astm, tmp_path, rendering="EXACT")
     if without == "OSL":
         monkeypatch.setattr(osl_support, "reason_unavailable", lambda: "no OSL")
@@ -110,20 +106,7 @@ def test_the_command_reports_what_it_finds(blender, scene, capfd):
     assert "Clamp Indirect is 10" in capfd.readouterr().out
 
 
-def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tmp_path):
-    from measured_brdf.addon.core.shading.material import group_node
-
-    assert not blender.ops.measured_brdf.use_method.poll()
-    node = group_node(measured(blender, glossy, write_astm, tmp_path))
-    assert not node.inputs["Nodes"].default_value
-    assert blender.ops.measured_brdf.use_method(method="NODES") == {"FINISHED"}
-    assert node.inputs["Nodes"].default_value
-    assert blender.ops.measured_brdf.use_method(method="EXACT") == {"FINISHED"}
-    assert not node.inputs["Nodes"].default_value
-
-
-def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extension, scene, monkeypatch):
-    lights = extension.addon.core.lamps.light_objects
+def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, scene, monkeypatch):
     lamp, other = add_lamp("POINT", 10), add_lamp("POINT", 10)
     lamp.visible_glossy = other.visible_glossy = False
     other.hide_viewport = True
@@ -135,8 +118,8 @@ def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extensi
     def looked(*_):
         raise AssertionError("looked again")
 
-    monkeypatch.setattr(lights, "forget", looked)
-    monkeypatch.setattr(lights, "_rendered_lights", looked)
+    monkeypatch.setattr(light_objects, "forget", looked)
+    monkeypatch.setattr(light_objects, "_rendered_lights", looked)
     assert keys(scene) == before
     lamp.visible_glossy = True
     assert keys(scene) == ["glossy:Unseen"]

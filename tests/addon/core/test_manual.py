@@ -6,6 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from measured_brdf.addon.core import manual
 
 from support.checkout import ROOT
 
@@ -13,20 +14,7 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
 @pytest.fixture
-def manual(blender):
-    from measured_brdf.addon.core import manual
-
-    return manual
-
-
-@pytest.fixture
-def without_site(manual, monkeypatch, tmp_path):
-    monkeypatch.setattr(manual, "WEBSITE", "")
-    monkeypatch.setattr(manual, "HTML", tmp_path / "absent")
-
-
-@pytest.fixture
-def with_html(manual, monkeypatch, tmp_path):
+def with_html(blender, monkeypatch, tmp_path):
     monkeypatch.setattr(manual, "WEBSITE", "")
     monkeypatch.setattr(manual, "HTML", tmp_path)
     return tmp_path
@@ -55,7 +43,8 @@ def slugs(page):
             for heading in HEADING.findall((ROOT / "docs" / f"{page}.md").read_text("utf-8"))}
 
 
-def test_a_checkout_opens_its_markdown(blender, without_site):
+def test_a_checkout_opens_its_markdown(blender, with_html, monkeypatch):
+    monkeypatch.setattr(manual, "HTML", with_html / "absent")
     for name in ("bpy.ops.measured_brdf.fit", "bpy.types.MeasuredMaterial.diffuse_level"):
         assert opened(blender, name) == ROOT / "docs" / "manual.md"
 
@@ -69,7 +58,7 @@ def test_f1_finds_a_page_over_every_control(blender, with_html):
         assert path.is_relative_to(with_html), name
 
 
-def test_every_operator_has_a_heading_of_its_own(blender, manual):
+def test_every_operator_has_a_heading_of_its_own(blender):
     general = [pattern for pattern, topic in manual.all_topics() if "#" not in topic]
     for name in dir(blender.ops.measured_brdf):
         name = f"bpy.ops.measured_brdf.{name}"
@@ -77,14 +66,14 @@ def test_every_operator_has_a_heading_of_its_own(blender, manual):
         assert pattern not in general, f"{name}: no heading of the manual"
 
 
-def test_no_topic_is_of_a_control_that_is_gone(blender, manual):
+def test_no_topic_is_of_a_control_that_is_gone(blender):
     known = [name.lower() for name in controls(blender)]
     for pattern, _ in manual.all_topics():
         if pattern.startswith(("bpy.ops.", "bpy.types.measured")) and "preferences" not in pattern:
             assert any(fnmatchcase(name, pattern) for name in known), pattern
 
 
-def test_every_topic_is_a_heading_of_the_manual(manual):
+def test_every_topic_is_a_heading_of_the_manual(blender):
     for topic in manual.topics():
         page, _, heading = topic.partition("#")
         assert heading in slugs(page), topic
@@ -96,7 +85,7 @@ def test_over_a_control_the_page_is_opened_that_leads_to_its_heading(blender, wi
         with_html / "f1" / "manual--curves.html")
 
 
-def test_where_the_manifest_names_a_website_and_blender_may_go_online_that_is_opened(manual, monkeypatch, with_html):
+def test_where_the_manifest_names_a_website_and_blender_may_go_online_that_is_opened(blender, monkeypatch, with_html):
     class Online:
         online_access = True
 
@@ -108,5 +97,5 @@ def test_where_the_manifest_names_a_website_and_blender_may_go_online_that_is_op
     assert manual.url("manual#fit") == (with_html / "f1" / "manual--fit.html").as_uri()
 
 
-def test_the_button_opens_the_manual(manual, with_html):
+def test_the_button_opens_the_manual(blender, with_html):
     assert manual.url() == (with_html / "manual.html").as_uri()

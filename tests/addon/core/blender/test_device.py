@@ -4,6 +4,7 @@ import sys
 from types import SimpleNamespace
 
 import pytest
+from measured_brdf.addon.core.blender import device as module
 
 GPU = ("Some GPU", "OPTIX", "OPTIX_1")
 LISTED = {"OPTIX": [("Some CPU", "CPU", "CPU"), GPU], "CUDA": [("Some CPU", "CPU", "CPU")]}
@@ -12,18 +13,16 @@ LISTED = {"OPTIX": [("Some CPU", "CPU", "CPU"), GPU], "CUDA": [("Some CPU", "CPU
 @pytest.fixture
 def device(extension):
     """The module, which has listed no device yet."""
-    from measured_brdf.addon.core.blender import device
-
-    device._available.cache_clear()
-    yield device
-    device._available.cache_clear()
+    module._available.cache_clear()
+    yield module
+    module._available.cache_clear()
 
 
 @pytest.fixture
 def asked(device, monkeypatch):
     """The types of devices that were listed; this machine has those of LISTED."""
     types = []
-    fake = SimpleNamespace(available_devices=lambda kind: types.append(kind) or LISTED[kind], with_osl=True)
+    fake = SimpleNamespace(available_devices=lambda kind: types.append(kind) or LISTED[kind])
     monkeypatch.setitem(sys.modules, "_cycles", fake)
     return types
 
@@ -36,9 +35,8 @@ def prefer(device, monkeypatch, kind, used=("OPTIX_1", "CPU")):
     monkeypatch.setattr(device, "bpy", SimpleNamespace(context=context))
 
 
-def scene(wanted="GPU", osl=True, engine="CYCLES"):
-    return SimpleNamespace(cycles=SimpleNamespace(device=wanted, shading_system=osl),
-                           render=SimpleNamespace(engine=engine))
+def scene(wanted="GPU"):
+    return SimpleNamespace(cycles=SimpleNamespace(device=wanted))
 
 
 @pytest.mark.parametrize(("kind", "used", "wanted", "found"), [
@@ -56,7 +54,6 @@ def test_the_device_is_the_one_that_cycles_takes(device, asked, monkeypatch, kin
     prefer(device, monkeypatch, kind, used)
     assert device.effective_device(scene(wanted)) == found
     assert device.renders_on_gpu(scene(wanted)) == (found != "CPU")
-    assert device.osl_runs(scene(wanted))
 
 
 @pytest.mark.parametrize(("arguments", "found"), [
@@ -73,17 +70,6 @@ def test_the_command_line_overrides_scene_and_preferences(device, monkeypatch, a
     assert device.effective_device(scene()) == found
 
 
-def test_osl_runs_on_the_cpu_and_with_optix_where_it_is_switched_on(device, asked, monkeypatch):
-    prefer(device, monkeypatch, "OPTIX")
-    assert device.osl_runs(scene())
-    assert not device.osl_runs(scene(osl=False))
-    assert not device.osl_runs(scene(engine="BLENDER_EEVEE"))
-    monkeypatch.setattr(device, "_available", lambda kind: {"CUDA_1"})
-    prefer(device, monkeypatch, "CUDA", ("CUDA_1",))
-    assert not device.osl_runs(scene())
-    assert device.osl_runs(scene("CPU"))
-
-
 def test_devices_are_listed_once_and_only_where_a_scene_wants_a_gpu(device, asked, monkeypatch):
     prefer(device, monkeypatch, "OPTIX")
     device.effective_device(scene("CPU"))
@@ -96,7 +82,5 @@ def test_devices_are_listed_once_and_only_where_a_scene_wants_a_gpu(device, aske
 def test_a_scene_of_this_blender_is_rendered_on_its_cpu(blender, device):
     """Real settings and preferences, none of them faked."""
     scene = blender.context.scene
-    scene.render.engine, scene.cycles.shading_system = "CYCLES", True
     assert device.effective_device(scene) == "CPU"
     assert not device.renders_on_gpu(scene)
-    assert device.osl_runs(scene)

@@ -1,10 +1,11 @@
 """Whether a shared group is as it was made: each thing that a user can change in it is noticed."""
 
 import pytest
+from measured_brdf.addon.core.blender import shared_groups
 
 
 @pytest.fixture
-def made(blender, extension):
+def made(blender):
     """A group of each kind of node that shared groups have, by the module."""
     def fill(tree):
         tree.interface.new_socket("Value", in_out="INPUT", socket_type="NodeSocketFloat")
@@ -13,9 +14,8 @@ def made(blender, extension):
             tree.nodes.new(kind).name = kind
         tree.links.new(source.outputs[0], tree.nodes["ShaderNodeMath"].inputs[0])
 
-    shared = extension.addon.core.blender.shared_groups
-    tree = shared.shared_group("Tested", fill)
-    yield shared, tree
+    tree = shared_groups.shared_group("Tested", fill)
+    yield tree
     blender.data.node_groups.remove(tree)
 
 
@@ -33,7 +33,6 @@ def clear_links(tree):
     lambda tree: setattr(tree.interface.items_tree[0], "default_value", 0.5),
     lambda tree: tree.interface.new_socket("More", in_out="INPUT", socket_type="NodeSocketFloat")])
 def test_a_group_that_a_user_has_changed_is_not_the_one_that_was_made(made, change):
-    shared, tree = made
-    assert shared.is_unchanged(tree)
-    change(tree)
-    assert not shared.is_unchanged(tree)
+    assert shared_groups.is_unchanged(made)
+    change(made)
+    assert not shared_groups.is_unchanged(made)

@@ -7,17 +7,13 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from mathutils import Euler, Matrix, Vector
+from measured_brdf.addon.core.blender import targets
+from measured_brdf.addon.importing import import_data
+from measured_brdf.addon.work import making, process, tasks
 
-from support.stage import black_scene
+from support.stage import add_lamp, black_scene
 
 WIDTH, HEIGHT = 400, 300
-
-
-@pytest.fixture
-def targets(extension):
-    from measured_brdf.addon.core.blender import targets
-
-    return targets
 
 
 @pytest.fixture
@@ -80,7 +76,7 @@ def scene(blender):
 
 
 @pytest.mark.parametrize("perspective", [True, False])
-def test_the_object_and_the_face_under_the_mouse_are_found(scene, targets, perspective):
+def test_the_object_and_the_face_under_the_mouse_are_found(scene, perspective):
     data = looking_down(perspective)
     for name, point, slot in (("left", (-2.3, 0.2, 1), 0), ("right", (2.1, -0.4, 1), 2)):
         target = targets.find_under_mouse(*context_and_event(data, point))
@@ -88,7 +84,7 @@ def test_the_object_and_the_face_under_the_mouse_are_found(scene, targets, persp
     assert targets.find_under_mouse(*context_and_event(data, (0, 0, 1))) is None
 
 
-def test_an_object_before_the_view_position_of_an_orthographic_view_is_found(scene, targets):
+def test_an_object_before_the_view_position_of_an_orthographic_view_is_found(scene):
     """Orthographic views show what is behind their position, too; through a camera they do not."""
     low = looking_down(False, height=-50)
     assert targets.find_under_mouse(*context_and_event(low, (2, 0, 1))).slot == 2
@@ -98,7 +94,7 @@ def test_an_object_before_the_view_position_of_an_orthographic_view_is_found(sce
     assert targets.find_under_mouse(*context_and_event(above, (2, 0, 1))).slot == 2
 
 
-def test_the_nearest_is_meant_and_what_is_drawn_as_wires_is_seen_through(scene, targets):
+def test_the_nearest_is_meant_and_what_is_drawn_as_wires_is_seen_through(scene):
     above = cube("above", (2, 0, 4))
     data = looking_down(perspective=False)
     assert targets.find_under_mouse(*context_and_event(data, (2, 0, 5))).item == above.session_uid
@@ -111,7 +107,7 @@ def test_the_nearest_is_meant_and_what_is_drawn_as_wires_is_seen_through(scene, 
     assert targets.find_under_mouse(*context_and_event(data, (2, 0, 5))) == target
 
 
-def test_a_collections_instance_means_the_object_that_it_shows(scene, targets):
+def test_a_collections_instance_means_the_object_that_it_shows(scene):
     group = scene.data.collections.new("group")
     inner = scene.data.objects["left"]
     group.objects.link(inner)
@@ -123,7 +119,7 @@ def test_a_collections_instance_means_the_object_that_it_shows(scene, targets):
     assert target.item == inner.session_uid
 
 
-def test_a_text_and_a_turned_object_with_modifiers_have_faces_too(scene, targets):
+def test_a_text_and_a_turned_object_with_modifiers_have_faces_too(scene):
     turned = cube("turned", (0, 3, 0), slots=2, size=2)
     turned.rotation_euler = Euler((0, 0, math.radians(30)))
     for face in turned.data.polygons:
@@ -143,16 +139,13 @@ def test_a_text_and_a_turned_object_with_modifiers_have_faces_too(scene, targets
         assert target == (None if item == text and no_texts else (item.session_uid, slot))
 
 
-def test_what_lies_over_the_viewport_hides_it(scene, targets):
+def test_what_lies_over_the_viewport_hides_it(scene):
     sidebar = SimpleNamespace(type="UI", x=50, y=60, width=WIDTH, height=HEIGHT)
     assert targets.find_under_mouse(*context_and_event(looking_down(), (2, 0, 1), others=[sidebar])) is None
 
 
-def test_a_drop_is_assigned_to_the_slot_under_the_mouse_also_when_all_else_changes_meanwhile(scene, targets, file):
+def test_a_drop_is_assigned_to_the_slot_under_the_mouse_also_when_all_else_changes_meanwhile(scene, file):
     """From the drop to the end of the fit another object, and another slot, may become active."""
-    from measured_brdf.addon.importing import import_data
-    from measured_brdf.addon.work import process, tasks
-
     from tests.addon.work.test_at_every_tick import driven, run
 
     right = scene.data.objects["right"]
@@ -192,8 +185,6 @@ def shown(scene):
 
 
 def test_all_selected_objects_get_what_is_imported_and_taken_from_the_library(scene, file):
-    from support.stage import add_lamp
-
     add_lamp("POINT", 1)
     cube("unselected", (9, 0, 0))
     scene.context.view_layer.objects.active = scene.data.objects["left"]
@@ -208,8 +199,6 @@ def test_all_selected_objects_get_what_is_imported_and_taken_from_the_library(sc
 
 
 def test_objects_that_are_selected_when_a_fit_begins_get_it_whatever_is_selected_at_its_end(scene, file):
-    from measured_brdf.addon.importing import import_data
-
     from tests.addon.work.test_at_every_tick import driven, run
 
     select(scene, "left", "right")
@@ -220,9 +209,7 @@ def test_objects_that_are_selected_when_a_fit_begins_get_it_whatever_is_selected
     assert shown(scene) == {"left": "glossy", "right": "glossy"}
 
 
-def test_a_drop_is_for_the_object_under_the_mouse_alone(scene, targets):
-    from measured_brdf.addon.work import making
-
+def test_a_drop_is_for_the_object_under_the_mouse_alone(scene):
     select(scene, "left", "right")
     operator = making.HasTarget()
     operator.target, operator.slot, operator.others = 0, -1, ""
@@ -251,8 +238,6 @@ def test_a_target_that_has_gone_or_lost_slots_is_told(scene, file, capfd):
 
 
 def test_objects_that_cannot_have_the_material_are_named(scene, file, tmp_path, capfd):
-    from support.stage import add_lamp
-
     scene.context.view_layer.objects.active = None
     scene.ops.measured_brdf.import_data(filepath=file, **CHEAP)
     assert "not assigned: no object was active" in capfd.readouterr().out

@@ -5,14 +5,13 @@ import math
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.lamps import lamp
 
 
 @pytest.mark.parametrize(("shape", "width", "height"), [
     ("SQUARE", 2.0, 2.0), ("RECTANGLE", 3.0, 0.5), ("DISK", 2.0, 2.0), ("ELLIPSE", 2.0, 0.6)])
 def test_the_core_of_a_lamp_has_its_area(blender, extension, shape, width, height):
     """By counting points of a grid that are in the lamp and in the disk about it."""
-    from measured_brdf.addon.core.lamps import lamp
-
     light = bpy.data.lights.new("Light", "AREA")
     light.shape, light.size, light.size_y = shape, width, height
     bpy.ops.object.empty_add(scale=(1.5, 0.7, 1))

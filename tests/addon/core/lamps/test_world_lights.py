@@ -5,6 +5,9 @@ import os
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core.lamps import list_lamps, world_lights
+
+from support import stage
 
 DISK = math.radians(1.5)
 
@@ -27,19 +30,19 @@ def apart(one, other):
 
 
 @pytest.mark.parametrize("place", [(1, 0.3, 0.5), (-1, 0, 0), (-0.5, -1, -0.2), (0.1, 0, 1)])
-def test_a_disk_in_an_image_is_found_with_its_size_and_light(extension, place):
-    (direction, radius, light), = extension.addon.core.lamps.world_lights.spots(panorama([place]))
+def test_a_disk_in_an_image_is_found_with_its_size_and_light(place):
+    (direction, radius, light), = world_lights.spots(panorama([place]))
     assert apart(direction, place) < math.radians(0.4)
     assert radius == pytest.approx(DISK, abs=math.radians(0.8))
     assert light == pytest.approx(500 * 2 * math.pi * (1 - math.cos(DISK)), rel=0.2)
 
 
-def test_several_disks_are_found_and_even_skies_have_none(extension):
+def test_several_disks_are_found_and_even_skies_have_none():
     places = (1, 0, 0.5), (0, 1, 0.2), (-1, -1, 1)
-    directions = [direction for direction, *_ in extension.addon.core.lamps.world_lights.spots(panorama(places))]
+    directions = [direction for direction, *_ in world_lights.spots(panorama(places))]
     assert len(directions) == 3
     assert all(min(apart(place, direction) for direction in directions) < math.radians(0.4) for place in places)
-    spots = extension.addon.core.lamps.world_lights.spots
+    spots = world_lights.spots
     assert spots(np.full((128, 256), 0.7)) == []
     assert spots(np.zeros((64, 128))) == []
     assert spots(np.linspace(0, 1, 128)[:, None] * np.ones(256)) == []          # brighter toward the zenith
@@ -48,8 +51,6 @@ def test_several_disks_are_found_and_even_skies_have_none(extension):
 
 def rendered(scene):
     """Where a panorama of the world is brightest."""
-    from support import stage
-
     scene.render.film_transparent = False
     camera = scene.camera
     camera.data.type = "PANO"
@@ -64,34 +65,24 @@ def rendered(scene):
 
 
 @pytest.mark.parametrize(("rotation", "elevation"), [(0.0, 0.3), (1.0, 0.5), (4.0, 0.9)])
-def test_the_sun_of_a_sky_texture_stands_where_cycles_shows_it(blender, extension, rotation, elevation):
-    from support import stage
-
+def test_the_sun_of_a_sky_texture_stands_where_cycles_shows_it(blender, rotation, elevation):
     scene = stage.black_scene(256, 128, 16, 2)
     tree = scene.world.node_tree
     sky = tree.nodes.new("ShaderNodeTexSky")
     sky.sun_disc, sky.sun_size, sky.sun_rotation, sky.sun_elevation = True, math.radians(2), rotation, elevation
-    assert extension.addon.core.lamps.world_lights.bright_spots(scene.world) == []            # it lights nothing yet
+    assert world_lights.bright_spots(scene.world) == []            # it lights nothing yet
     tree.links.new(sky.outputs["Color"], tree.nodes["Background"].inputs["Color"])
     tree.nodes["Background"].inputs["Strength"].default_value = 1
-    (direction, radius, _), = extension.addon.core.lamps.world_lights.bright_spots(scene.world)
+    (direction, radius, _), = world_lights.bright_spots(scene.world)
     assert apart(direction, rendered(scene)) < math.radians(2)
     assert radius == pytest.approx(math.radians(1))
 
 
 @pytest.mark.parametrize("kind", ["POINT", "TEXTURE", None])
-def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extension, kind):
-    from support import stage
-
+def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, kind):
     scene = stage.black_scene(256, 128, 16, 2)
-    tree = scene.world.node_tree
-    image = blender.data.images.new("Sky", 512, 256, float_buffer=True, is_data=True)
-    image.pixels.foreach_set(np.repeat(panorama([(0.5, 1, 0.4)]), 4).astype(np.float32))
-    image.pack()
-    texture = tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = image
-    tree.links.new(texture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
-    tree.nodes["Background"].inputs["Strength"].default_value = 1
+    tree = stage.sky_image(panorama([(0.5, 1, 0.4)])).node_tree
+    texture = next(node for node in tree.nodes if node.type == "TEX_ENVIRONMENT")
     if kind is not None:
         mapping, coordinate = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexCoord")
         mapping.vector_type = kind
@@ -101,12 +92,12 @@ def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extens
     scene.update_tag()
     blender.context.view_layer.update()
     depsgraph = blender.context.evaluated_depsgraph_get()
-    (position, size, *_), = extension.addon.core.lamps.list_lamps(depsgraph)
+    (position, size, *_), = list_lamps(depsgraph)
     assert apart(position, rendered(scene)) < math.radians(2)
     assert -size == pytest.approx(DISK, abs=math.radians(0.8))
 
 
-def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_others(blender, extension, tmp_path):
+def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_others(blender, tmp_path):
     def save(direction):
         pixels = np.zeros((32, 64, 4), np.float32)
         pixels[16, direction] = 1000
@@ -117,7 +108,7 @@ def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_
         return pixels
 
     def found():
-        return [spot.direction for spot in extension.addon.core.lamps.world_lights._image_spots(image)]
+        return [spot.direction for spot in world_lights._image_spots(image)]
 
     path = tmp_path / "sky.exr"
     save(5)
@@ -148,36 +139,35 @@ def bright_texels(rows):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("rows", [16, 19, 21, 32])
-def test_a_bright_texel_of_few_rows_is_a_spot_wherever_it_is(extension, rows):
+def test_a_bright_texel_of_few_rows_is_a_spot_wherever_it_is(rows):
     for image, place in bright_texels(rows):
-        (direction, radius, _), = extension.addon.core.lamps.world_lights.spots(image)
+        (direction, radius, _), = world_lights.spots(image)
         assert direction == pytest.approx(place, abs=1e-6)
         assert radius == pytest.approx(math.pi / rows / 2)
 
 
-def test_an_image_of_fewer_rows_has_no_spot(extension):
-    assert not any(extension.addon.core.lamps.world_lights.spots(image) for image, _ in bright_texels(15))
+def test_an_image_of_fewer_rows_has_no_spot():
+    assert not any(world_lights.spots(image) for image, _ in bright_texels(15))
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("kind", ["missing", "tiled"])
-def test_an_image_that_is_not_there_or_has_tiles_has_no_spot(blender, extension, kind):
+def test_an_image_that_is_not_there_or_has_tiles_has_no_spot(blender, kind):
     image = blender.data.images.new("Sky", 64, 32, float_buffer=True, tiled=kind == "tiled")
     pixels = np.zeros((32, 64, 4), np.float32)
     pixels[16, 5] = 1000
     image.pixels.foreach_set(pixels.ravel())
     if kind == "missing":
-        assert len(extension.addon.core.lamps.world_lights._image_spots(image)) == 1
+        assert len(world_lights._image_spots(image)) == 1
         image.source, image.filepath = "FILE", "//nowhere.exr"
-    assert extension.addon.core.lamps.world_lights._image_spots(image) == []
+    assert world_lights._image_spots(image) == []
 
 
-def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):
-    sky, looked = extension.addon.core.lamps.world_lights, []
-    spots = sky.spots
-    monkeypatch.setattr(sky, "spots", lambda radiance: looked.append(1) or spots(radiance))
+def test_images_are_looked_at_once_however_many_a_world_has(blender, monkeypatch):
+    looked, spots = [], world_lights.spots
+    monkeypatch.setattr(world_lights, "spots", lambda radiance: looked.append(1) or spots(radiance))
     images = [blender.data.images.new("Sky", 64, 32, float_buffer=True) for _ in range(2)]
     for _ in range(3):
         for image in images:
-            sky._image_spots(image)
+            world_lights._image_spots(image)
     assert len(looked) == 2

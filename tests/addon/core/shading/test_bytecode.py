@@ -1,12 +1,6 @@
 """Shorter bytecode is that of the same shader."""
 
-import pytest
-
-
-@pytest.fixture
-def compact(extension):
-    return extension.addon.core.shading.compiler.compact
-
+from measured_brdf.addon.core.shading.compiler import compact
 
 COMPILED = """OpenShadingLanguage 1.00
 shader named
@@ -25,7 +19,7 @@ code ___main___
 """
 
 
-def test_names_of_variables_are_short_and_those_that_are_seen_stay(compact):
+def test_names_of_variables_are_short_and_those_that_are_seen_stay():
     *lines, end = compact(COMPILED).split("\n")
     assert not end
     assert lines[2] == 'param\tfloat\tlength\t0.5\t\t%meta{string,help,"of $tmp1"}'
@@ -35,7 +29,7 @@ def test_names_of_variables_are_short_and_those_that_are_seen_stay(compact):
                          "\tadd\t\t$1 $0 $2", '\taassign\t\t___13_frame.x $2 $1 %argrw{"rrr"}', "\tend"]
 
 
-def test_tables_are_rounded_to_single_precision(compact):
+def test_tables_are_rounded_to_single_precision():
     numbers = [(-1) ** n / (n + 1) ** 3 for n in range(200)]
     line = f"const\tfloat[200]\t$const1\t{' '.join(f'{number:.9g}' for number in numbers)} \n"
     rounded = list(map(float, compact(line).split("\t")[3].split()))

@@ -5,20 +5,24 @@ import re
 from types import SimpleNamespace
 from urllib.parse import unquote
 
+import measured_brdf
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import export_surface
+from measured_brdf.addon.core.storage.reading import scene_colours
+from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
 
-from fitter.colours import decode_srgb
+from fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb
 from fitter.cycles.principled_bsdf import Principled
 from support.cases import release
 from support.drawn import draw
+from support.stage import add_eevee_output, blank_material
 
 CLOTH = Principled(np.array([0.6, 0.3, 0.1]), 0.45, 0.0, 0.3, np.array([0.5, 0.25, 0.125]), 0.4)
 CAR = Principled(np.array([0.8, 0.5, 0.2]), 0.55, 1.0, 0.5, coat_weight=0.7, coat_roughness=0.15)
 FIT = {"cloth": CLOTH, "car": CAR}
 EXACT = 1e-6
-
-
+EXPORT_NAME = "Measured BRDF Export"
 ALBEDO = np.array([0.5, 0.25, 0.125])
 
 
@@ -30,32 +34,24 @@ def outcome(close, colours="Rec.709"):
 def material(blender):
     """A material with a group on an output for Cycles and on one for EEVEE, on a plane."""
     blender.ops.mesh.primitive_plane_add()
-    material = blender.data.materials.new("measured")
-    if blender.app.version < (5, 0, 0):
-        material.use_nodes = True
+    material, group, surface = blank_material("measured", "ShaderNodeGroup")
     blender.context.object.data.materials.append(material)
-    tree = material.node_tree
-    tree.nodes.clear()
     inside = blender.data.node_groups.new("Measured BRDF", "ShaderNodeTree")
-    inside.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    for name in ("BSDF", "EEVEE"):
+        inside.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketShader")
     for name, kind, value in (("Tint", "Color", (1, 1, 1, 1)), ("Strength", "Float", 1), ("Normal", "Vector", None)):
         socket = inside.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
         if value is not None:
             socket.default_value = value
     diffuse, end = inside.nodes.new("ShaderNodeBsdfDiffuse"), inside.nodes.new("NodeGroupOutput")
     inside.links.new(diffuse.outputs[0], end.inputs[0])
-    group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree = inside
-    for target in ("CYCLES", "EEVEE"):
-        output = tree.nodes.new("ShaderNodeOutputMaterial")
-        output.target = target
-        tree.links.new(group.outputs[0], output.inputs["Surface"])
+    material.node_tree.links.new(group.outputs["BSDF"], surface)
+    add_eevee_output(material)
     return material
 
 
 def update(material, close, **options):
-    from measured_brdf.addon.core.shading import export_surface
-
     export_surface.update(material, group(material), outcome(close, **options))
 
 
@@ -64,9 +60,11 @@ def group(material):
 
 
 def follow(material):
-    from measured_brdf.addon.core.shading import export_surface
-
     export_surface.follow(material, group(material))
+
+
+def exported_node(material):
+    return material.node_tree.nodes[EXPORT_NAME]
 
 
 def outputs(material):
@@ -76,6 +74,15 @@ def outputs(material):
 def highlight(index, level=0.5):
     """The reflectance at normal incidence of a Principled BSDF."""
     return ((index - 1) / (index + 1)) ** 2 * 2 * level
+
+
+def assert_fitted(surface, close):
+    """The base and the coat that an importer made are those of a Principled BSDF."""
+    for name, value in (("Base Color", close.base_color), ("Metallic", close.metallic),
+                        ("Roughness", close.roughness), ("Coat Weight", close.coat_weight)):
+        assert surface[name] == pytest.approx(value, abs=EXACT), name
+    if close.coat_weight:
+        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
 
 
 def imported(blender, importer, path):
@@ -103,29 +110,13 @@ def test_gltf_has_the_fitted_principled(blender, gltf, material, tmp_path, name)
     update(material, close)
     blender.ops.export_scene.gltf(filepath=str(tmp_path / "a.glb"))
     surface = imported(blender, blender.ops.import_scene.gltf, tmp_path / "a.glb")
-    assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
-    assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
-    assert surface["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
+    assert_fitted(surface, close)
     assert highlight(surface["IOR"], surface["Specular IOR Level"]) == pytest.approx(0.08 * close.specular_level,
                                                                                      abs=EXACT)
     assert surface["Sheen Weight"] == close.sheen_weight
     if close.sheen_weight:
         assert surface["Sheen Tint"] == pytest.approx(close.sheen_tint, abs=EXACT)
         assert surface["Sheen Roughness"] == pytest.approx(close.sheen_roughness, abs=EXACT)
-    assert surface["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
-    if close.coat_weight:
-        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
-
-
-def test_gltf_is_as_other_programs_read_it(blender, gltf, material, tmp_path):
-    update(material, CLOTH)
-    blender.ops.export_scene.gltf(filepath=str(tmp_path / "a.gltf"), export_format="GLTF_SEPARATE")
-    written, = json.loads((tmp_path / "a.gltf").read_text())["materials"]
-    assert written["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx([0.6, 0.3, 0.1, 1], abs=EXACT)
-    assert written["pbrMetallicRoughness"]["metallicFactor"] == 0
-    # the format has no weight of sheen: the tint has to be scaled by it
-    sheen = written["extensions"]["KHR_materials_sheen"]
-    assert sheen["sheenColorFactor"] == pytest.approx(CLOTH.sheen_tint, abs=EXACT)
 
 
 @pytest.mark.parametrize("name", FIT)
@@ -138,13 +129,7 @@ def test_usd_has_the_fitted_preview_surface(blender, material, tmp_path, name):
     # the specification has no level of highlights beside the index
     assert highlight(float(re.search(r"float inputs:ior = (.*)", text)[1])) == pytest.approx(
         0.08 * close.specular_level, abs=EXACT)
-    surface = imported(blender, blender.ops.wm.usd_import, tmp_path / "a.usda")
-    assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
-    assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
-    assert surface["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
-    assert surface["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
-    if close.coat_weight:
-        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
+    assert_fitted(imported(blender, blender.ops.wm.usd_import, tmp_path / "a.usda"), close)
 
 
 @pytest.mark.parametrize("name", FIT)
@@ -221,15 +206,13 @@ def test_renderers_keep_their_outputs(blender, material):
 
 
 def test_a_level_that_a_user_has_set_or_disconnected_stays(blender, material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
     tree = material.node_tree
-    tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value = 0.2
+    tree.nodes[f"{EXPORT_NAME} Specular IOR Level"].outputs[0].default_value = 0.2
     update(material, CAR)
-    assert tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0].default_value == pytest.approx(0.2)
-    level = tree.nodes[export_surface.EXPORT_NAME].inputs["Specular IOR Level"]
-    assert highlight(tree.nodes[export_surface.EXPORT_NAME].inputs["IOR"].default_value) == pytest.approx(0.08 * 0.2)
+    assert tree.nodes[f"{EXPORT_NAME} Specular IOR Level"].outputs[0].default_value == pytest.approx(0.2)
+    level = exported_node(material).inputs["Specular IOR Level"]
+    assert highlight(exported_node(material).inputs["IOR"].default_value) == pytest.approx(0.08 * 0.2)
     tree.links.remove(level.links[0])
     level.default_value = 0.7
     update(material, CLOTH)
@@ -256,10 +239,6 @@ def test_an_output_that_the_user_has_made_for_all_renderers_is_kept(blender, mat
 
 
 def test_colors_are_those_of_the_open_file(blender, material):
-    from measured_brdf.addon.core.storage.reading import scene_colours
-
-    from fitter.colours import DEFAULT_COLOURS, conversion
-
     update(material, CLOTH, colours="ACEScg")
     node, = (node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     expected = conversion("ACEScg", scene_colours() or DEFAULT_COLOURS) @ CLOTH.base_color
@@ -267,10 +246,8 @@ def test_colors_are_those_of_the_open_file(blender, material):
 
 
 def test_what_a_user_has_changed_outlives_another_fit(material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
-    node = material.node_tree.nodes[export_surface.EXPORT_NAME]
+    node = exported_node(material)
     node.inputs["Roughness"].default_value = 0.9
     for close in (CAR, CLOTH, CAR):
         update(material, close)
@@ -283,9 +260,7 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     write_astm(tmp_path / "glossy.astm", glossy)
     blender.ops.mesh.primitive_plane_add()
     assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
-    from measured_brdf.addon.core.shading import export_surface
-
-    made = blender.context.object.active_material.node_tree.nodes[export_surface.EXPORT_NAME]
+    made = exported_node(blender.context.object.active_material)
     expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}
     color = list(made.inputs["Base Color"].default_value)
     assert max(color[:3]) > 0.05
@@ -329,6 +304,20 @@ def image_node(blender, material, name, pixels, is_data=False):
     return node
 
 
+def add_normal_map(blender, material):
+    tree = material.node_tree
+    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
+    normal.inputs["Strength"].default_value = 0.75
+    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
+    tree.links.new(normal.outputs["Normal"], group(material).inputs["Normal"])
+
+
+def connect_checker(blender, material):
+    """Have an image in the tint: its node, and the link."""
+    texture = image_node(blender, material, "checker", CHECKER)
+    return texture, material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+
+
 CHECKER = np.kron(np.array([[1.0, 0.2], [0.4, 0.8]]), np.ones((4, 4)))[..., None] * np.array([1.0, 0.5, 0.25])
 MASK = np.kron(np.array([[0.0, 1.0], [0.5, 0.25]]), np.ones((4, 4)))[..., None] * np.ones(3)
 EIGHT_BITS = 0.006          # of linear values that were stored in 8 bits of sRGB, and again in those of a file
@@ -342,10 +331,12 @@ def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_pat
     expected = CLOTH.base_color * TINT * STRENGTH
     written, _ = gltf_written(blender, tmp_path / "a.gltf")
     assert written["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx([*expected, 1], abs=EXACT)
+    assert written["pbrMetallicRoughness"]["metallicFactor"] == 0
     extensions = written["extensions"]
     specular = extensions["KHR_materials_specular"]
     reflected = specular["specularFactor"] * np.array(specular["specularColorFactor"])
     assert reflected == pytest.approx(2 * CLOTH.specular_level * TINT * STRENGTH, abs=EXACT)
+    # the format has no weight of sheen: the tint has to be scaled by it
     assert extensions["KHR_materials_sheen"]["sheenColorFactor"] == pytest.approx(CLOTH.sheen_tint * TINT * STRENGTH,
                                                                                   abs=EXACT)
     blender.ops.wm.obj_export(filepath=str(tmp_path / "a.obj"))
@@ -365,9 +356,7 @@ def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_pat
 def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, gltf, material, tmp_path):
     update(material, CLOTH)
     node = group(material)
-    texture = image_node(blender, material, "checker", CHECKER)
-    texture.extension = "EXTEND"
-    material.node_tree.links.new(texture.outputs["Color"], node.inputs["Tint"])
+    connect_checker(blender, material)[0].extension = "EXTEND"
     node.inputs["Strength"].default_value = STRENGTH
     follow(material)
     expected = decode_srgb(np.round(CHECKER * 255) / 255) * CLOTH.base_color * STRENGTH
@@ -391,15 +380,13 @@ def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, 
 
 
 def test_a_tinted_metal_keeps_its_edge(blender, material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CAR)
-    node, export = group(material), material.node_tree.nodes[export_surface.EXPORT_NAME]
+    node, export = group(material), exported_node(material)
     node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
     follow(material)
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx(TINT * STRENGTH, abs=EXACT)
     assert highlight(export.inputs["IOR"].default_value) == pytest.approx(0.08 * CAR.specular_level)
-    level = material.node_tree.nodes[f"{export_surface.EXPORT_NAME} Specular IOR Level"].outputs[0]
+    level = material.node_tree.nodes[f"{EXPORT_NAME} Specular IOR Level"].outputs[0]
     assert level.default_value == pytest.approx(CAR.specular_level)
     node.inputs["Strength"].default_value = 0
     follow(material)
@@ -407,19 +394,13 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
 
 
 def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, material, tmp_path, capfd):
-    import measured_brdf
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
-    tree, node = material.node_tree, group(material)
+    node = group(material)
     node.inputs["Tint"].default_value = (0.5, 0.5, 0.5, 1)
     follow(material)
     assert [line.split(" as ")[0] for line in export_surface.losses(material)] == ["In FBX highlights are"]
     node.inputs["Tint"].default_value = (*TINT, 1)
-    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
-    normal.inputs["Strength"].default_value = 0.75
-    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
-    tree.links.new(normal.outputs["Normal"], node.inputs["Normal"])
+    add_normal_map(blender, material)
     follow(material)
     told = export_surface.losses(material)
     assert [line.split(":")[0] for line in told] == ["In USD the normal map has a Strength of 1",
@@ -434,8 +415,7 @@ def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, mater
 def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
     update(material, CLOTH)
     before = {node.name for node in material.node_tree.nodes}
-    texture = image_node(blender, material, "checker", CHECKER)
-    link = material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+    texture, link = connect_checker(blender, material)
     follow(material)
     assert len(blender.data.images) == 2
     material.node_tree.links.remove(link)
@@ -443,9 +423,7 @@ def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
     follow(material)
     assert {node.name for node in material.node_tree.nodes} == before
     assert [image.name for image in blender.data.images] == ["checker"]
-    from measured_brdf.addon.core.shading import export_surface
-
-    export = material.node_tree.nodes[export_surface.EXPORT_NAME]
+    export = exported_node(material)
     assert export.inputs["Base Color"].default_value[:3] == pytest.approx(CLOTH.base_color, abs=EXACT)
 
 
@@ -467,10 +445,7 @@ def test_brightness_beside_a_constant_in_strength_is_in_the_texture(blender, glt
 def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
     update(material, CLOTH)
     tree, node = material.node_tree, group(material)
-    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
-    normal.inputs["Strength"].default_value = 0.75
-    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
-    tree.links.new(normal.outputs["Normal"], node.inputs["Normal"])
+    add_normal_map(blender, material)
     follow(material)
     written, texels = gltf_written(blender, tmp_path / "a.gltf")
     assert written["normalTexture"]["scale"] == pytest.approx(0.75)
@@ -483,9 +458,6 @@ def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
 
 def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender, gltf, material, tmp_path, capfd,
                                                                         monkeypatch):
-    import measured_brdf
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
     assert export_surface.losses(material) == []
     tree, node = material.node_tree, group(material)
@@ -499,8 +471,6 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     assert [line.split(":")[0] for line in told] == ["Tint", "Strength", "Normal"]
     monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
     of_dialog = SimpleNamespace(active_operator=SimpleNamespace(bl_idname="WM_OT_usd_export"))
-    from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
-
     assert Panel.poll(SimpleNamespace(space_data=of_dialog))
     shown = draw(Panel, space_data=of_dialog).texts
     assert all(f"{material.name}: {line}" in shown for line in told)
@@ -513,12 +483,9 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
 
 
 def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(blender, material, tmp_path):
-    from measured_brdf.addon.core.shading import export_surface
-
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     update(material, CLOTH)
-    texture = image_node(blender, material, "checker", CHECKER)
-    material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+    connect_checker(blender, material)
     follow(material)
 
     def written(name):
@@ -535,8 +502,6 @@ def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(b
 
 
 def test_scripts_ask_what_is_lost(blender, material, capfd, monkeypatch):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
     monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
     blender.ops.measured_brdf.check_export()
@@ -550,8 +515,6 @@ def test_scripts_ask_what_is_lost(blender, material, capfd, monkeypatch):
 
 
 def test_it_is_told_where_another_output_is_exported(blender, material):
-    from measured_brdf.addon.core.shading import export_surface
-
     update(material, CLOTH)
     mine = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
     mine.name, mine.is_active_output = "Mine", True

@@ -3,16 +3,11 @@
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import look, tangents
+from measured_brdf.fitter import progress
 
 import fitter
 from fitter.quality.physics import directional_albedo
-
-
-@pytest.fixture
-def look(blender):
-    from measured_brdf.addon.core.shading import look
-
-    return look
 
 
 def closed(mesh):
@@ -30,9 +25,7 @@ def places(mesh):
     return np.array([vertex.co for vertex in mesh.vertices])
 
 
-def test_the_ball_has_a_groove_and_is_turned_about_its_axis(look):
-    from measured_brdf.addon.core.shading import tangents
-
+def test_the_ball_has_a_groove_and_is_turned_about_its_axis(blender):
     mesh = look._lathe(look._ball_profile())
     at = places(mesh)
     radius, polar = np.linalg.norm(at, axis=1), np.degrees(np.arccos(at[:, 2] / np.linalg.norm(at, axis=1)))
@@ -43,7 +36,7 @@ def test_the_ball_has_a_groove_and_is_turned_about_its_axis(look):
     assert tangents.has_uv(mesh)
 
 
-def test_the_stand_is_on_the_floor_and_reaches_into_the_ball(look):
+def test_the_stand_is_on_the_floor_and_reaches_into_the_ball(blender):
     at = places(look._lathe(look._stand_profile()))
     assert at[:, 2].min() == 0
     top = at[np.argmax(at[:, 2])]
@@ -52,7 +45,7 @@ def test_the_stand_is_on_the_floor_and_reaches_into_the_ball(look):
 
 @pytest.mark.parametrize(("shape", "lighting", "meshes", "lamps"), [
     ("SPHERE", "STUDIO", 2, 3), ("BALL", "STUDIO", 3, 3), ("BALL", "SKY", 3, 0), ("SPHERE", "WORLD", 1, 0)])
-def test_each_scene_has_its_parts(look, shape, lighting, meshes, lamps):
+def test_each_scene_has_its_parts(blender, shape, lighting, meshes, lamps):
     scene = look.scene_for(shape, lighting, bpy.data.worlds.new("mine"), 32, 4)
     kinds = [item.type for item in scene.objects]
     assert (kinds.count("MESH"), kinds.count("LIGHT"), kinds.count("CAMERA")) == (meshes, lamps, 1)
@@ -62,7 +55,7 @@ def test_each_scene_has_its_parts(look, shape, lighting, meshes, lamps):
     assert len(sky) == (lighting == "SKY")
 
 
-def test_in_even_light_a_surface_seen_head_on_shows_its_albedo(look, quick, glossy, write_astm, tmp_path):
+def test_in_even_light_a_surface_seen_head_on_shows_its_albedo(blender, quick, glossy, write_astm, tmp_path):
     """A furnace: the picture comes from Cycles, the albedo from an integral over the fit."""
     path = write_astm(tmp_path / "glossy.astm", glossy)
     bpy.ops.measured_brdf.import_data(filepath=str(path), diffuse_level=3, specular_level=5, compression=80)
@@ -73,8 +66,6 @@ def test_in_even_light_a_surface_seen_head_on_shows_its_albedo(look, quick, glos
     background.inputs["Color"].default_value = (1, 1, 1, 1)
     scene, reports = look.scene_for("SPHERE", "WORLD", world, 33, 256), []
     scene.view_settings.view_transform = "Standard"
-    from measured_brdf.fitter import progress
-
     with progress.listen(lambda fraction, doing: reports.append(fraction)):
         picture = look.render(scene, bpy.data.materials["glossy"], tmp_path / "picture.png")
     encoded = picture[12:20, 14:19, :3].mean(axis=(0, 1))

@@ -5,18 +5,21 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from measured_brdf.addon.core import lamps
+from measured_brdf.addon.core.blender import followers
+from measured_brdf.addon.core.blender.node_trees import use_nodes
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.storage.properties import use_preset
+from measured_brdf.addon.work import tasks
 
 from support.blend_state import state
 from support.operators import default_choices
 
 
 @pytest.fixture
-def making(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
-    """The module, what `create` takes, twice, and what lets its last step fail from then on."""
-    from measured_brdf.addon.core.storage.properties import use_preset
-    from measured_brdf.addon.work import tasks
-
-    module, path = extension.addon.core.shading.material, str(write_astm(tmp_path / "a.astm", glossy, "a"))
+def making(blender, glossy, write_astm, tmp_path, monkeypatch):
+    """What `create` takes, twice, and what lets its last step fail from then on."""
+    path = str(write_astm(tmp_path / "a.astm", glossy, "a"))
     choices = default_choices()
     use_preset(choices, "Draft")
     choices.filepath = path
@@ -27,68 +30,65 @@ def making(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
         raise ValueError("no more")
 
     def break_last_step():
-        monkeypatch.setattr(module, "_finish_replacement", fail)
+        monkeypatch.setattr(followers, "followers", [fail])
 
-    return SimpleNamespace(module=module, given=given, other=other, break_last_step=break_last_step)
+    return SimpleNamespace(given=given, other=other, break_last_step=break_last_step)
 
 
 def test_one_that_cannot_be_made_leaves_nothing(making):
     making.break_last_step()
     before = state()
     with pytest.raises(ValueError, match="no more"):
-        making.module.create(*making.given)
+        materials.create(*making.given)
     assert state() == before
 
 
 @pytest.mark.parametrize("is_measured", [False, True])
 def test_one_that_cannot_be_given_a_fit_stays_as_it_was(making, is_measured):
-    material = making.module.create(*making.given) if is_measured else bpy.data.materials.new("Plain")
-    making.module.use_nodes(material)
+    material = materials.create(*making.given) if is_measured else bpy.data.materials.new("Plain")
+    use_nodes(material)
     making.break_last_step()
     before = state()
     with pytest.raises(ValueError, match="no more"):
-        making.module.assign(material, *making.given)
+        materials.assign(material, *making.given)
     assert state() == before
 
 
 def test_a_new_group_takes_the_name_of_the_one_that_it_replaces(making):
-    material = making.module.create(*making.given)
-    first = making.module.group_node(material).node_tree.name
-    making.module.assign(material, *making.other)
-    assert making.module.group_node(material).node_tree.name == first
+    material = materials.create(*making.given)
+    first = materials.group_node(material).node_tree.name
+    materials.assign(material, *making.other)
+    assert materials.group_node(material).node_tree.name == first
     assert [tree.name for tree in bpy.data.node_groups].count(first) == 1
 
 
 def test_what_a_user_mixes_it_with_is_what_eevee_shows_too(making):
     """Another fit adds no output of its own for EEVEE, in which the rest would be missing."""
-    material = making.module.create(*making.given)
+    material = materials.create(*making.given)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     for output in [node for node in nodes if node.type == "OUTPUT_MATERIAL"]:
         nodes.remove(output)
     output, added, glow = (nodes.new(f"ShaderNode{kind}") for kind in ("OutputMaterial", "AddShader", "Emission"))
-    for shader, place in zip((making.module.group_node(material), glow), added.inputs, strict=True):
+    for shader, place in zip((materials.group_node(material), glow), added.inputs, strict=True):
         links.new(shader.outputs[0], place)
     links.new(added.outputs[0], output.inputs["Surface"])
-    making.module.assign(material, *making.other)
+    materials.assign(material, *making.other)
     assert [node for node in nodes if node.type == "OUTPUT_MATERIAL"] == [output]
     assert [link.from_node for link in output.inputs["Surface"].links] == [added]
 
 
-def test_one_without_nodes_holds_nothing(blender, extension):
+def test_one_without_nodes_holds_nothing(blender):
     """As before Blender 5.0."""
     material = bpy.data.materials.new("Plain")
-    assert extension.addon.core.shading.material.group_nodes(material) == []
-    assert not extension.addon.core.shading.material.is_shown(material)
+    assert materials.group_nodes(material) == []
+    assert not materials.is_shown(material)
 
 
 def test_who_makes_a_material_knows_no_lamps_and_whoever_follows_is_told(making, monkeypatch):
-    from measured_brdf.addon.core import lamps
-    from measured_brdf.addon.core.blender import followers
-
-    assert "lamps" not in vars(making.module)
+    assert "lamps" not in vars(materials)
     told = []
     monkeypatch.setattr(followers, "followers", [*followers.followers, told.append])
     monkeypatch.setattr(lamps, "update", lambda depsgraph: told.append("lamps"))
-    making.module.create(*making.given)
+    materials.create(*making.given)
     assert told[-2] == "lamps"
     assert isinstance(told[-1], bpy.types.Depsgraph)

@@ -5,6 +5,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import export_surface
 
 from fitter.cycles.principled_bsdf import Principled
 from support import stage
@@ -23,11 +24,7 @@ def rendered(close):
     """f cos(theta_i), 1/sr, by Cycles at `DIRECTIONS`: theta_i, the azimuth from the mirror direction, theta_o."""
     scene = stage.black_scene(4, 4, 1, span=0.1)
     material, node, surface = stage.blank_material("principled", "ShaderNodeBsdfPrincipled")
-    for name, value in (("Base Color", (*close.base_color, 1)), ("Metallic", close.metallic),
-                        ("Roughness", close.roughness), ("Specular IOR Level", close.specular_level),
-                        ("Sheen Weight", close.sheen_weight), ("Sheen Tint", (*close.sheen_tint, 1)),
-                        ("Sheen Roughness", close.sheen_roughness), ("Coat Weight", close.coat_weight),
-                        ("Coat Roughness", close.coat_roughness)):
+    for name, value in export_surface.inputs(close, np.asarray).items():
         node.inputs[name].default_value = value
     material.node_tree.links.new(node.outputs[0], surface)
     bpy.ops.mesh.primitive_plane_add()
@@ -45,7 +42,7 @@ def rendered(close):
 
 
 @pytest.mark.parametrize("name", BSDFS)
-def test_cycles_renders_what_is_fitted(name):
+def test_cycles_renders_what_is_fitted_with_the_inputs_that_are_exported(name):
     theta_i, phi, theta_o = np.transpose(DIRECTIONS)
     expected = BSDFS[name].evaluate(theta_i, phi, theta_o, np.pi) * np.cos(theta_i)[:, None]
     np.testing.assert_allclose(rendered(BSDFS[name]), expected, rtol=0.04)

@@ -6,6 +6,12 @@ import sys
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core import checks
+from measured_brdf.addon.core.blender import device as devices
+from measured_brdf.addon.core.blender import osl_support
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import rendered
+from measured_brdf.addon.core.shading.rendered import Rendered, rendering_words, sentence
 
 from support.cases import quick, release
 from support.checkout import ROOT
@@ -33,15 +39,15 @@ def imported(scene, write_astm, glossy, tmp_path):
     return make
 
 
-def how(material):
-    from measured_brdf.addon.core.shading import rendered
+def group(material):
+    return next(node for node in material.node_tree.nodes if node.type == "GROUP")
 
+
+def how(material):
     return rendered.in_scene(material, bpy.context.scene)
 
 
 def findings():
-    from measured_brdf.addon.core import checks
-
     return {finding.key: finding for finding in checks.check(bpy.context.scene)}
 
 
@@ -90,15 +96,11 @@ def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
     material = imported("EXACT" if choice == "NODES" else "NODES")
     assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
-    from measured_brdf.addon.core.shading import material as materials
-
     assert materials.get_rendering(material) == choice
 
 
 @pytest.mark.parametrize("device", quick(["HIP", "METAL", "ONEAPI", "CUDA"], "METAL"))
 def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, monkeypatch, device):
-    from measured_brdf.addon.core.blender import device as devices
-
     material = imported("EXACT")
     monkeypatch.setattr(devices, "effective_device", lambda scene: "CPU" if scene.cycles.device == "CPU" else device)
     scene.cycles.device = "GPU"
@@ -113,8 +115,6 @@ def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, mo
 
 
 def test_osl_on_optix_is_told_to_be_untested(scene, imported, monkeypatch):
-    from measured_brdf.addon.core.blender import device as devices
-
     material = imported()
     monkeypatch.setattr(devices, "effective_device", lambda scene: "OPTIX")
     assert how(material).how == "EXACT"
@@ -130,22 +130,11 @@ def test_eevee_has_its_own_nodes_and_error(scene, imported):
     found = how(material)
     assert found.how == "NODES"
     assert found.why == "the engine is EEVEE"
-    tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+    tree = group(material).node_tree
     assert (found.error, found.worst) == (tree["eevee_error"], tree["eevee_worst"])
     output = material.node_tree.get_output_node("EEVEE")
     assert output.inputs["Surface"].links[0].from_socket.name == "EEVEE"
     assert material.node_tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_socket.name == "BSDF"
-
-
-def test_a_mixed_material_has_all_its_groups_switched(scene, imported):
-    material = imported()
-    tree = material.node_tree
-    first = next(node for node in tree.nodes if node.type == "GROUP")
-    second = tree.nodes.new("ShaderNodeGroup")
-    second.node_tree = first.node_tree
-    assert bpy.ops.measured_brdf.use_method(method="NODES") == {"FINISHED"}
-    assert first.inputs["Nodes"].default_value
-    assert second.inputs["Nodes"].default_value
 
 
 def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported):
@@ -153,9 +142,8 @@ def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported)
     tree = material.node_tree
     for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]:
         tree.nodes.remove(node)
-    group = next(node for node in tree.nodes if node.type == "GROUP")
     mix, output = tree.nodes.new("ShaderNodeMixShader"), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(group.outputs["BSDF"], mix.inputs[1])
+    tree.links.new(group(material).outputs["BSDF"], mix.inputs[1])
     tree.links.new(mix.outputs[0], output.inputs["Surface"])
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
     assert [node.target for node in tree.nodes if node.type == "OUTPUT_MATERIAL"] == ["ALL"]
@@ -189,8 +177,6 @@ def test_a_render_without_a_window_says_what_it_used(scene, imported, capfd):
 
 
 def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
-    from measured_brdf.addon.core.shading.rendered import Rendered, sentence
-
     found = Rendered("NODES", 0.05, 0.1, "OSL is off", True)
     assert sentence(found, "EXACT") == (
         "Rendered by nodes instead of Exact, because OSL is off. Highlight Error 5.0% of the light, up to 10.0% at the "
@@ -207,8 +193,6 @@ def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
     ("NODES", 0.01, "Cycles has no OSL on CUDA devices", False, "Nodes: no OSL here"),
     ("OTHER", 1.0, "", False, "Not connected to the output")])
 def test_the_rendering_in_four_words(how, error, why, can_enable, words):
-    from measured_brdf.addon.core.shading.rendered import Rendered, rendering_words
-
     found = Rendered(how, error, error, why, can_enable)
     assert rendering_words(found) == words
     assert rendering_words(found, is_previewed=True) == ("Exact on final renders" if how == "EXACT" else words)
@@ -268,9 +252,6 @@ def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path)
 
 
 def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, imported, monkeypatch, capfd):
-    from measured_brdf.addon.core.blender import device as devices
-    from measured_brdf.addon.core.blender import osl_support
-
     def told():
         capfd.readouterr()
         imported()
@@ -295,9 +276,10 @@ def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, 
 
 
 def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others(scene, imported):
+    assert not bpy.ops.measured_brdf.use_method.poll()
     material = imported()
-    tree = material.node_tree
-    first = next(node for node in tree.nodes if node.type == "GROUP")
+    tree, first = material.node_tree, group(material)
+    assert not first.inputs["Nodes"].default_value
     second = tree.nodes.new("ShaderNodeGroup")
     second.node_tree = first.node_tree
     outer = bpy.data.node_groups.new("mine", "ShaderNodeTree")
@@ -311,8 +293,6 @@ def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others
 
 
 def test_a_script_that_names_fast_gets_nodes(scene, imported):
-    from measured_brdf.addon.core.shading import material as materials
-
     material = imported("FAST")
     assert material.measured_brdf.rendering == materials.get_rendering(material) == "NODES"
     assert material.measured_brdf.bl_rna.properties["rendering"].enum_items["FAST"].value > 2, "the others keep theirs"
@@ -320,7 +300,7 @@ def test_a_script_that_names_fast_gets_nodes(scene, imported):
 
 def test_exact_everywhere_is_off_until_somebody_validates(scene, imported):
     material = imported()
-    node = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+    node = group(material)
     assert not node.inputs["Exact Everywhere"].default_value
     script = node.node_tree.nodes["Measured BRDF Shader"]
     assert script.inputs["Everywhere"].links[0].from_socket.name == "Exact Everywhere"

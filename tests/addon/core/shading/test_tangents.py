@@ -1,7 +1,11 @@
 """The check of where the direction of an anisotropic material comes from, and its fix."""
 
 import pytest
+from measured_brdf.addon.core import checks
+from measured_brdf.addon.core.shading import tangents
+from measured_brdf.addon.core.shading.material import tangent_input
 
+import fitter
 from support.anisotropic import brushed_fit
 from support.stage import black_scene, material_for
 
@@ -19,14 +23,10 @@ def show(blender, shape, material, **options):
 
 
 def findings(blender):
-    from measured_brdf.addon.core import checks
-
     return [finding for finding in checks.check(blender.context.scene) if finding.key.startswith("tangent:")]
 
 
 def tangent(material):
-    from measured_brdf.addon.core.shading.material import tangent_input
-
     return tangent_input(material)
 
 
@@ -78,8 +78,6 @@ def test_without_a_uv_map_of_any_area_there_is_a_hint_and_no_fix(blender, materi
 
 @pytest.mark.parametrize("name", ["", "Another"])
 def test_a_tangent_node_of_a_uv_map_that_is_not_there_is_found(blender, material, name):
-    from measured_brdf.addon.core.shading import tangents
-
     mesh = show(blender, "uv_sphere", material).data
     tangents.take_from_uv(material)
     node = tangent(material).links[0].from_node
@@ -113,8 +111,6 @@ def test_meshes_that_modifiers_make_or_that_are_edited_are_not_judged(blender, m
 
 
 def test_isotropic_materials_have_no_direction_to_check(blender, glossy):
-    import fitter
-
     black_scene(8, 8, 1, 1)
     material = material_for(fitter.fit(glossy, 2, None))
     show(blender, "cube", material)

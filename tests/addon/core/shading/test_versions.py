@@ -9,6 +9,12 @@ import math
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core import checks, lamps, versions
+from measured_brdf.addon.core.shading import compiler, material, node_group
+from measured_brdf.addon.core.shading.material import group_node
+from measured_brdf.addon.core.shading.node_group import kept_fit
+from measured_brdf.addon.panel import main
+from measured_brdf.addon.work import queries, tasks
 
 import fitter
 from fitter.cycles.bake import SHADER_VERSION
@@ -42,21 +48,15 @@ def saved(blender):
 
 
 def group(material):
-    from measured_brdf.addon.core.shading.material import group_node
-
     return group_node(material).node_tree
 
 
 def kept(material):
-    from measured_brdf.addon.core.shading.node_group import kept_fit
-
     return fitter.Fit.from_bytes(kept_fit(group(material)))
 
 
 def inputs(material):
     """Values and links of the node that users have, without those of renderings."""
-    from measured_brdf.addon.core.shading.material import group_node
-
     return {socket.name: socket.links[0].from_node.name if socket.is_linked else tuple(socket.default_value)
             if socket.type == "RGBA" else socket.default_value
             for socket in group_node(material).inputs if socket.name not in {"Nodes", "Exact Everywhere"}}
@@ -76,8 +76,6 @@ def assert_shows(fit, tolerance):
 
 
 def findings():
-    from measured_brdf.addon.core import checks
-
     return {finding.key for finding in checks.check(bpy.context.scene)}
 
 
@@ -94,10 +92,6 @@ def test_a_file_that_this_version_saved_opens(blender):
 
 
 def test_it_renders_as_it_did_and_is_told_apart(saved):
-    from measured_brdf.addon.core import versions
-    from measured_brdf.addon.core.shading import material
-    from measured_brdf.addon.panel import main
-
     assert material.is_outdated(saved)
     saved.measured_brdf.version = "0.0.0"
     assert "version" in findings()
@@ -108,9 +102,6 @@ def test_it_renders_as_it_did_and_is_told_apart(saved):
 
 
 def test_an_update_renders_the_fit_that_the_file_carries(saved):
-    from measured_brdf.addon.core import versions
-    from measured_brdf.addon.core.shading import material, node_group
-
     before, fit, users = group(saved), kept(saved), inputs(saved)
     assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
     assert group(saved).name == NAME
@@ -127,8 +118,6 @@ def test_an_update_renders_the_fit_that_the_file_carries(saved):
 
 
 def test_copies_that_share_a_shader_go_on_sharing_it_and_mixes_follow(saved):
-    from measured_brdf.addon.core.shading import material
-
     copy = saved.copy()
     assert bpy.ops.measured_brdf.mix(first=saved.name, second=copy.name) == {"FINISHED"}
     assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
@@ -150,10 +139,6 @@ def test_a_damaged_fit_is_named_and_its_material_left_alone(saved):
 
 
 def test_a_shader_that_cannot_take_anothers_place_leaves_nothing_behind(saved, monkeypatch):
-    from measured_brdf.addon.core import lamps
-    from measured_brdf.addon.core.shading import compiler, material
-    from measured_brdf.addon.work import queries, tasks
-
     made, = tasks.rebake([queries.embedded_fit(saved)])
     before, shader = state(), compiler.compile_shader(*made)
 

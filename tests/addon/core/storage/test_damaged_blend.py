@@ -5,7 +5,9 @@ import math
 import subprocess
 import sys
 
+import bpy
 import pytest
+from measured_brdf.addon.core import lamps
 
 from support.cases import release
 from support.checkout import ROOT
@@ -94,8 +96,6 @@ def remove_nodes(tree):
 
 
 def hostile_text(tree):
-    import bpy
-
     text = bpy.data.texts.new("broken.osl")
     text.from_string("shader broken( {")
     next(node for node in tree.nodes if node.type == "SCRIPT").script = text
@@ -177,12 +177,11 @@ def test_enabling_and_disabling_again_and_again_leaves_nothing_behind():
     assert "CLEAN" in done.stdout
 
 
-def test_a_fit_that_fails_of_a_material_with_a_choice_that_does_not_exist_tells_why(blender, plane, extension,
-                                                                                    monkeypatch):
+def test_a_fit_that_fails_of_a_material_with_a_choice_that_does_not_exist_tells_why(blender, plane, monkeypatch):
     """What the choice was cannot be put back."""
     def fails(*_):
         raise ValueError("no room")
 
     replace(stored(plane.active_material), "rendering", 99)
-    monkeypatch.setattr(extension.addon.core.lamps, "update", fails)
+    monkeypatch.setattr(lamps, "update", fails)
     assert complaint(blender.ops.measured_brdf.fit).strip() == "Error: no room"

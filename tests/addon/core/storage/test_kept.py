@@ -2,6 +2,8 @@
 
 import bpy
 import pytest
+from measured_brdf.addon.core.shading.material import group_node
+from measured_brdf.addon.core.shading.node_group import bytes_in_file, kept_fit
 
 import fitter
 from fitter.cycles.bake import bake
@@ -24,8 +26,6 @@ def imported(blender, quick, glossy, write_astm, tmp_path):
 
 
 def group(material):
-    from measured_brdf.addon.core.shading.material import group_node
-
     return group_node(material).node_tree
 
 
@@ -34,8 +34,6 @@ def shaders():
 
 
 def kept(material):
-    from measured_brdf.addon.core.shading.node_group import kept_fit
-
     return kept_fit(group(material))
 
 
@@ -158,8 +156,6 @@ def test_appended_materials_share_the_groups_of_their_lobes_with_those_of_the_fi
 
 
 def test_the_size_in_a_file_is_about_what_the_file_grows_by(imported, tmp_path):
-    from measured_brdf.addon.core.shading.node_group import bytes_in_file
-
     first = imported()
     before = size(tmp_path)
     second = imported(diffuse_level=2)

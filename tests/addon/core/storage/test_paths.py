@@ -5,15 +5,9 @@ from pathlib import Path
 
 import bpy
 import pytest
+from measured_brdf.addon.core.storage import paths
 
 CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": -1}
-
-
-@pytest.fixture
-def paths(extension):
-    from measured_brdf.addon.core.storage import paths
-
-    return paths
 
 
 @pytest.fixture
@@ -48,12 +42,12 @@ def opened(path):
     ("{home}/work/data/a.astm", "//../data/a.astm"), ("{home}/work/scenes/a.astm", "//a.astm"),
     ("{home}/elsewhere/a.astm", "//../../elsewhere/a.astm"), ("{home}/../berta/a.astm", None),
     ("/nowhere/a.astm", None), ("//a.astm", None), ("a.astm", None), ("published:chrome", None), ("", None)])
-def test_paths_are_relative_within_a_folder_that_is_not_that_of_all_users(paths, folder, path, expected):
+def test_paths_are_relative_within_a_folder_that_is_not_that_of_all_users(folder, path, expected):
     path = path.replace("{home}/..", str(folder.parent)).format(home=folder)
     assert paths.relative(path, str(folder / "work" / "scenes")) == (path if expected is None else expected)
 
 
-def test_a_file_keeps_relative_paths_wherever_it_is_saved(paths, material, folder):
+def test_a_file_keeps_relative_paths_wherever_it_is_saved(material, folder):
     file, scenes = str(folder / "work" / "data" / "glossy.astm"), folder / "work" / "scenes"
     missing = material.copy()
     missing.measured_brdf.filepath = missing_file = str(folder / "work" / "gone" / "a.astm")
@@ -84,7 +78,7 @@ def test_a_file_keeps_relative_paths_wherever_it_is_saved(paths, material, folde
 
 
 @pytest.mark.parametrize("how", ["append", "link", "override"])
-def test_measurements_of_materials_of_other_files_are_found_also_once_they_are_local(paths, material, folder, how):
+def test_measurements_of_materials_of_other_files_are_found_also_once_they_are_local(material, folder, how):
     if how == "append" and not hasattr(bpy.app.handlers, "blend_import_post"):
         pytest.skip("this Blender does not tell of imports")
     file, library = str(folder / "work" / "data" / "glossy.astm"), folder / "work" / "scenes" / "a.blend"
@@ -107,7 +101,7 @@ def test_measurements_of_materials_of_other_files_are_found_also_once_they_are_l
     assert paths.absolute(local) == file
 
 
-def test_forgotten_folders_are_nowhere_in_the_file(paths, material, folder, tmp_path):
+def test_forgotten_folders_are_nowhere_in_the_file(material, folder, tmp_path):
     """Not even where it is saved elsewhere since; names of files stay, and find them again."""
     data = str(folder / "work" / "data")
     published, windows = material.copy(), material.copy()
