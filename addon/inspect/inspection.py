@@ -11,7 +11,7 @@ from ...fitter.arrays import BoolArray, FloatArray, unit_vectors
 from ...fitter.imaging.lobe import RADII, Lobe, Radius, lobe_surface
 from ...fitter.imaging.plane_plot import Plane, Plotted
 from ...fitter.methods import extrapolation
-from ...fitter.model import Reflectance, is_isotropic
+from ...fitter.model import Reflectance
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
@@ -34,11 +34,6 @@ class InspectedSurface(NamedTuple):
     space: str
     reaches: tuple[extrapolation.MeasuredDomain, ...] = ()
     note: str = ""
-
-    @property
-    def isotropic(self) -> bool:
-        """Whether it has no tangent to be turned by."""
-        return is_isotropic(self.fit)
 
 
 class Measurements(NamedTuple):

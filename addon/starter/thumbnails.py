@@ -21,7 +21,7 @@ from ...fitter.model import published
 from ...fitter.storage.files import replace_file
 from ..core import versions
 from ..core.annotations import Arguments
-from ..work import discovery, tasks
+from ..work import discovery, shared, tasks
 from ..work.recent import Recent
 
 SIZE = 128
@@ -131,11 +131,5 @@ def _cached_picture(folder: Path, key: tuple[object, ...], draw: Callable[[], Si
         folder.mkdir(parents=True, exist_ok=True)
         with replace_file(path) as stream:
             np.save(stream, picture, allow_pickle=False)
-        _forget_oldest(folder)
+        shared.forget_oldest(folder, "*.npy", _KEPT_PICTURES)
     return (picture / 255).astype(np.float32)
-
-
-def _forget_oldest(folder: Path) -> None:
-    stored = sorted(folder.glob("*.npy"), key=lambda path: path.stat().st_mtime_ns)
-    for path in stored[:-_KEPT_PICTURES]:
-        path.unlink(missing_ok=True)

@@ -16,7 +16,6 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ...fitter import DatasetError
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.blender import transaction
 from ..core.shading import compiler
@@ -26,8 +25,7 @@ from .job import Job, Work
 Steps = Generator[tuple[float, str], None, Any]
 """Work in pieces: yields (fraction, doing) after each, and returns its result."""
 
-EXPECTED_ERRORS = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
-                   OSError)
+EXPECTED_ERRORS = compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError, OSError
 
 running: Job[Any] | None = None             # the job whose progress the panel shows
 waiting: list[Work] = []                    # what begins when it has ended, one after the other
@@ -83,7 +81,9 @@ class InBackground(OperatorMixIn):
             if running is None and not waiting:
                 self._begin(work)
             else:
-                self._wait(work)
+                self._work = work
+                waiting.append(work)
+                self.report({"INFO"}, "Queued: it begins when what is running has ended")
         except Exception as error:
             return self._failed(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
@@ -122,14 +122,8 @@ class InBackground(OperatorMixIn):
 
     def _begin(self, work: Work) -> None:
         global running
-        self._work, self._job, self._steps = work, None, None
+        self._work = work
         self._job = running = work.start()
-
-    def _wait(self, work: Work) -> None:
-        """Begin when all that was started before has ended."""
-        self._work, self._job, self._steps = work, None, None
-        waiting.append(work)
-        self.report({"INFO"}, "Queued: it begins when what is running has ended")
 
     def _modal_in_line(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Begin if it is this operator's turn. Esc is for what is running."""
@@ -257,11 +251,7 @@ def stop() -> None:
 
 @persistent
 def _on_load(_file: object) -> None:
-    _stop_all()                     # the file that the jobs were for is being closed
-
-
-def _stop_all() -> None:
-    waiting.clear()
+    waiting.clear()                 # the file that the jobs were for is being closed
     stop()
 
 
@@ -274,4 +264,4 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.app.handlers.load_pre.remove(_on_load)
-    _stop_all()
+    _on_load(None)

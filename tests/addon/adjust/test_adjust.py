@@ -6,8 +6,13 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.adjust import operators
+from measured_brdf.addon.core import versions
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import node_group
 
 import fitter
+from fitter.library.variations import variation
 from support.cases import quick, release
 from support.stage import black_scene
 
@@ -24,9 +29,6 @@ def material(blender, curet):
 
 def shown(material):
     """The fit that a material keeps."""
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.core.shading import node_group
-
     return fitter.Fit.from_bytes(node_group.kept_fit(materials.group_node(material).node_tree))
 
 
@@ -87,8 +89,6 @@ def test_as_measured_takes_everything_back(blender, extension, curet, material, 
 
 @release
 def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, random):
-    from measured_brdf.addon.core.shading import material as materials
-
     settings = material.measured_brdf_adjustments
     settings.highlight_gain = 2.0
     blender.ops.measured_brdf.adjust()
@@ -115,9 +115,6 @@ def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
 
 @pytest.mark.parametrize("change", ["import", "adjust", "fit", "update"])
 def test_the_group_has_the_name_of_its_material(blender, material, change):
-    from measured_brdf.addon.core import versions
-    from measured_brdf.addon.core.shading import material as materials
-
     if change == "adjust":
         material.measured_brdf_adjustments.diffuse_gain = 0.5
         blender.ops.measured_brdf.adjust()
@@ -171,8 +168,6 @@ def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension,
 
 def test_what_was_saved_before_it_was_applied_is_applied_when_the_file_is_opened(blender, extension, material,
                                                                                  monkeypatch, tmp_path):
-    from measured_brdf.addon.adjust import operators
-
     asked = []
     monkeypatch.setattr(operators, "_apply_soon", lambda material: asked.append(material.name))
     path = str(tmp_path / "saved.blend")
@@ -229,8 +224,6 @@ def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing
 
 @pytest.mark.parametrize("name", quick(["satin", "aged", "lacquered", "wet", "dusty"], "satin", "wet"))
 def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(blender, material, extension, name):
-    from fitter.library.variations import variation
-
     measured = shown(material)
     settings = material.measured_brdf_adjustments
     settings.diffuse_gain = 0.3                         # what was there before goes

@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core.blender import osl_support
+from measured_brdf.addon.core.shading import rendered
+from measured_brdf.addon.work import tasks
 
 import fitter
 from support.known_lamps import known, lamp_groups, readers
@@ -145,8 +148,6 @@ def test_a_fix_that_another_operator_refuses_is_reported_in_one_line(blender, ex
 
 
 def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cube, file, monkeypatch):
-    from measured_brdf.addon.work import tasks
-
     monkeypatch.setattr(tasks, "bake", lambda fit: "shader broken( {")
     before = counts(blender)
     with pytest.raises(RuntimeError, match="compile"):
@@ -155,9 +156,6 @@ def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cub
 
 
 def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypatch):
-    from measured_brdf.addon.core.blender import osl_support
-    from measured_brdf.addon.core.shading import rendered
-
     monkeypatch.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
     import_file(blender, file)
     now = rendered.in_scene(cube.active_material, blender.context.scene)

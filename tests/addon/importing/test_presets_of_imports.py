@@ -4,6 +4,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from measured_brdf.addon.core import preferences
+from measured_brdf.addon.importing import import_data
+from measured_brdf.addon.work import tasks
 
 import fitter
 from fitter import PRESETS
@@ -20,8 +23,6 @@ def file(tmp_path, glossy, write_astm):
 @pytest.fixture
 def asked(extension, monkeypatch):
     """The arguments of every fit that is asked for; each is made as the quickest one."""
-    from measured_brdf.addon.work import tasks
-
     seen = []
     fitted = tasks.fit_once
 
@@ -89,11 +90,6 @@ def test_a_preset_that_is_chosen_in_a_dialog_shows_its_levels_and_ends_auto(blen
 
 
 def test_a_dialog_begins_with_the_preference_and_not_with_the_last_use(blender, extension, monkeypatch):
-    from types import SimpleNamespace
-
-    from measured_brdf.addon.core import preferences
-    from measured_brdf.addon.importing import import_data
-
     monkeypatch.setattr(preferences, "get", lambda context: SimpleNamespace(preset="Draft"))
     last = blender.context.window_manager.operator_properties_last("measured_brdf.import_data")
     last.preset, last.use_tolerance, last.sample, last.angles = "Reference", True, "felt", "radians"

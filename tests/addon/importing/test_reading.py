@@ -8,6 +8,9 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core import checks
+from measured_brdf.addon.core.storage.reading import scene_colours
+from measured_brdf.addon.work import command
 
 import fitter
 from fitter.colours import conversion
@@ -54,8 +57,6 @@ def use_space(bpy, name):
 
 
 def findings(bpy):
-    from measured_brdf.addon.core import checks
-
     return [finding for finding in checks.check(bpy.context.scene) if finding.key.startswith("colours")]
 
 
@@ -178,8 +179,6 @@ def test_the_dialogs_draw_the_options(extension):
 @pytest.mark.parametrize(("space", "name"), [("Linear Rec.709", "Rec.709"), ("Linear Rec.2020", "Rec.2020"),
                                              ("ACEScg", "ACEScg")])
 def test_the_space_of_the_file_is_that_of_the_picture(blender, cube, file, space, name):
-    from measured_brdf.addon.core.storage.reading import scene_colours
-
     use_space(blender, space)
     assert scene_colours() == name
     blender.ops.measured_brdf.import_data(filepath=file, diffuse_level=4, specular_level=6, **HOW)
@@ -231,8 +230,6 @@ def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extens
 @HAVE_SPACES
 def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_path, capfd):
     """What is linked from it into a file of that space has the right colours there, those of the stand-in too."""
-    from measured_brdf.addon.work import command
-
     out = tmp_path / "out" / "library.blend"
     given = ["convert", file, "-o", str(out), "--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none",
              "--processes", "1", "--angles", "radians", "--quantity", "brdf_cos", "--colours", "ACEScg"]
@@ -251,11 +248,11 @@ def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_pat
 
 def test_a_file_without_units_is_known_by_its_error_across_processes(blender, file, extension):
     jobs = extension.addon.work
-    job = jobs.process.start(partial(jobs.tasks.outcomes, [(file, "")], {"diffuse_level": 1, "specular_level": None}))
+    work = partial(jobs.tasks.outcomes, [(file, "")], {"diffuse_level": 1, "specular_level": None})
+    job = jobs.process.Calculation(work).start()
     until = time.monotonic() + 60
     while not job.poll() and time.monotonic() < until:
         time.sleep(0.01)
-    jobs.process.unregister()
     ((_, _, error),) = job.result
     assert isinstance(error, extension.fitter.UnitsUnknownError)
 

@@ -7,10 +7,18 @@ import subprocess
 import sys
 import time
 import uuid
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bpy_extras.io_utils import ImportHelper
+from measured_brdf.addon.core.storage import paths
+from measured_brdf.addon.importing import samples
+from measured_brdf.addon.work import tasks
+from measured_brdf.fitter import PRESETS
+from measured_brdf.fitter.formats import list_samples
+from measured_brdf.fitter.samples import subset
 
 from support import command
 from support.cases import quick, release
@@ -18,11 +26,6 @@ from support.checkout import ROOT
 from support.stage import black_scene
 
 CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": 3, "compression": 80.0}
-
-
-@pytest.fixture
-def file(tmp_path, glossy, write_astm):
-    return write_astm(tmp_path / "glossy.astm", glossy)
 
 
 @pytest.fixture
@@ -34,8 +37,6 @@ def material(blender, file):
 
 
 def settings_of(material):
-    from measured_brdf.addon.core.storage import paths
-
     settings = material.measured_brdf
     return {"filepath": paths.absolute(material)} | {name: getattr(settings, name) for name in (
         "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance", "digest",
@@ -89,9 +90,6 @@ def test_a_folder_without_measurements_is_an_error_that_says_what_to_do(blender,
 
 
 def test_the_samples_of_a_file_can_be_chosen_by_name(blender, material, data):
-    from measured_brdf.addon.importing import samples
-    from measured_brdf.fitter.formats import list_samples
-
     samples._items[:] = [(name, name, "") for _, name in list_samples(data / "curet" / "abrdf.dat")]
     assert blender.ops.measured_brdf.choose_sample(item="aluminum foil", for_material=True) == {"FINISHED"}
     assert material.measured_brdf.sample == "aluminum foil"
@@ -138,8 +136,6 @@ def test_a_copy_is_fitted_by_itself(blender, material):
 
 
 def test_a_file_that_has_moved_is_found_again(blender, material, file, tmp_path, monkeypatch):
-    from measured_brdf.addon.work import tasks
-
     before = settings_of(material)
     moved = tmp_path / "elsewhere" / "glossy.astm"
     moved.parent.mkdir()
@@ -167,8 +163,6 @@ def test_the_file_browser_proposes_the_name_of_the_missing_file(blender, materia
     material = blender.context.object.active_material
     material.measured_brdf.filepath = str(tmp_path / "data" / "felt.astm")
     find = extension.addon.importing.relink.MEASUREDBRDF_OT_find_file
-    from bpy_extras.io_utils import ImportHelper
-
     operator = type("Driven", (ImportHelper,), {"invoke": find.invoke})()
     context = SimpleNamespace(material=material, object=None, window_manager=SimpleNamespace(
         fileselect_add=lambda operator: shown.append(operator.filepath)))
@@ -179,8 +173,6 @@ def test_the_file_browser_proposes_the_name_of_the_missing_file(blender, materia
 def test_missing_files_of_all_materials_are_found_by_name_below_a_folder(blender, material, file, glossy, write_astm,
                                                                          tmp_path, capfd):
     """Of files of one name, the one with the measurements that the material was fitted to."""
-    from dataclasses import replace
-
     copy, lost, published = material.copy(), material.copy(), material.copy()
     lost.measured_brdf.filepath, published.measured_brdf.filepath = str(tmp_path / "nowhere.astm"), "published:chrome"
     other, right = tmp_path / "a" / "glossy.astm", tmp_path / "b" / "c" / "glossy.astm"
@@ -202,8 +194,6 @@ def test_missing_files_of_all_materials_are_found_by_name_below_a_folder(blender
 
 
 def test_a_file_that_has_changed_is_recognised(blender, material, file, glossy, write_astm, capfd):
-    from dataclasses import replace
-
     before = material.measured_brdf.digest
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert material.measured_brdf.digest == before
@@ -215,8 +205,6 @@ def test_a_file_that_has_changed_is_recognised(blender, material, file, glossy, 
 
 
 def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
-    from measured_brdf.fitter import PRESETS
-
     fitted = settings_of(material)["coefficients"]
     assert blender.ops.measured_brdf.use_preset(preset="Reference") == {"FINISHED"}
     settings = material.measured_brdf
@@ -227,9 +215,6 @@ def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
 
 @release
 def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender, glossy, write_astm, tmp_path):
-    from measured_brdf.fitter import PRESETS
-    from measured_brdf.fitter.samples import subset
-
     black_scene(16, 16, samples=1, span=1)
     few = write_astm(tmp_path / "few.astm", subset(glossy, slice(60)))
     assert blender.ops.measured_brdf.import_data(filepath=str(few), preset="Standard") == {"FINISHED"}
@@ -241,8 +226,6 @@ def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender
 
 @release
 def test_auto_finds_a_fit_within_the_tolerance(blender, glossy, write_astm, tmp_path):
-    from measured_brdf.fitter.samples import subset
-
     black_scene(16, 16, samples=1, span=1)
     few = write_astm(tmp_path / "few.astm", subset(glossy, slice(40)))
     assert blender.ops.measured_brdf.import_data(filepath=str(few), use_tolerance=True, tolerance=0.05) == {"FINISHED"}

@@ -1,5 +1,6 @@
 """Shards of a library, when measurements are damaged or few."""
 
+import bpy
 import pytest
 
 from support import command
@@ -28,8 +29,6 @@ def convert(folder, library, *more):
 
 def convert_shards(folder, library):
     """Convert all shards: exit codes, and the names of the materials in each."""
-    import bpy
-
     codes, names = [], []
     for part in range(1, SHARDS + 1):
         codes.append(convert(folder, library, "--shard", f"{part}/{SHARDS}").returncode)

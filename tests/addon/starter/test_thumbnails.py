@@ -3,9 +3,15 @@
 import importlib
 import os
 import sys
+import time
+from functools import partial
 
 import numpy as np
 import pytest
+from measured_brdf.addon.starter import shelf
+from measured_brdf.addon.starter.thumbnails import FolderEntry
+from measured_brdf.addon.work import process
+from measured_brdf.addon.work.job import Job
 
 import fitter
 from support import panel_work
@@ -213,10 +219,6 @@ def test_the_picture_of_an_unreadable_measurement_is_an_error(thumbnails, folder
 
 def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeypatch):
     """The queue keeps few answers: with more broken files than that in a folder, each would be asked for again."""
-    from measured_brdf.addon.starter import shelf
-    from measured_brdf.addon.starter.thumbnails import FolderEntry
-    from measured_brdf.addon.work.job import Job
-
     asked = []
 
     def ask(key, _work, _lane, then):
@@ -236,12 +238,7 @@ def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeyp
 
 
 def test_a_worker_lists_a_folder(extension, folder):
-    import time
-    from functools import partial
-
     from measured_brdf.addon.starter import thumbnails
-    from measured_brdf.addon.work import process
-    from measured_brdf.addon.work.job import Job
 
     worker = process.Worker()
     try:

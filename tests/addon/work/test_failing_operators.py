@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 import pytest
+from measured_brdf.addon.work import process, tasks
 
 from support.blend_state import state
 from support.cases import quick
@@ -182,8 +183,6 @@ def test_a_refit_of_a_material_whose_output_was_deleted_gives_it_one(cube):
 
 
 def test_a_process_that_dies_is_told_and_nothing_changes(cube, files, monkeypatch):
-    from measured_brdf.addon.work import process, tasks
-
     def dies(*_arguments, **_more):
         raise process.WorkerError(process.ENDED_EARLY)
 
