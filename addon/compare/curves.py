@@ -16,7 +16,7 @@ from ..core.shading import comparison, rendered
 from ..core.shading import material as materials
 from ..core.storage.outcomes import EmbeddedFit, FitRequest, KeptMix, Shown
 from ..core.storage.properties import fit_arguments, is_as_fitted
-from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, has_data, is_narrow, picture_scale
+from ..panel.layout import SubPanel, draw_picture, draw_wrapped, has_data, is_narrow, picture_scale
 from ..work import icons, queries, queue, tasks
 from ..work.job import Job
 from .operators import MEASUREDBRDF_OT_pin
@@ -26,13 +26,11 @@ _INSPECT = "measured_brdf.inspect"      # of another slice: the same plane over 
 _TWO_ABREAST = 36           # characters that two pictures, or two columns of numbers, need beside one another
 
 
-class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
+class MEASUREDBRDF_PT_pictures(SubPanel, bpy.types.Panel):
     """The material's fit, its samples, and another material beside it; where the settings have been changed since, what
     they would give"""
 
     bl_label = "Curves"
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 20
 
     @classmethod
@@ -148,7 +146,9 @@ def _draw_numbers(layout: bpy.types.UILayout, *columns: tuple[str, ...]) -> None
     for name, *values in zip(_NUMBERS if narrow else ("", *_NUMBERS), *columns, strict=True):
         row = column if narrow else column.split(factor=0.48)
         row.label(text=name)
-        draw_row(row, *(f"{letter}: {value}" if narrow else value for letter, value in zip("AB", values, strict=True)))
+        beside = row.row()
+        for letter, value in zip("AB", values, strict=True):
+            beside.label(text=f"{letter}: {value}" if narrow else value)
 
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> tuple[str, ...]:

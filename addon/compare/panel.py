@@ -5,24 +5,17 @@ import bpy
 from ...fitter.imaging.pictures import split
 from ..core.annotations import not_none
 from ..core.shading import comparison
-from ..core.shading import material as materials
-from ..panel.layout import MaterialPanel, picture_scale
+from ..panel.layout import SubPanel, picture_scale
 from ..work import icons
 from .curves import draw_line, draw_names
 from .operators import MEASUREDBRDF_OT_render_look, render_key, renders
 
 
-class MEASUREDBRDF_PT_look(MaterialPanel, bpy.types.Panel):
+class MEASUREDBRDF_PT_look(SubPanel, bpy.types.Panel):
     """A render by Cycles, on a sphere or a shader ball, with the pinned material beside it"""
 
     bl_label = "Test Render"
     bl_order = 40
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and materials.is_shown(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, scene, material = not_none(self.layout), not_none(context.scene), not_none(context.material)

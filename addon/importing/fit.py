@@ -1,5 +1,6 @@
-"""Fits the data of a material again, with the material's settings, which presets set."""
+"""Fits the data of a material again, with the material's settings, which presets set; and finds those that need it."""
 
+from collections.abc import Iterator, Sequence
 from functools import partial
 from types import SimpleNamespace
 
@@ -7,17 +8,19 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ...fitter import SampleUnknownError
+from ...fitter.colours import COLOURS
 from ...fitter.formats import is_there
 from ...fitter.formats.reading import OPTIONS
 from ...fitter.methods.presets import PRESET_DESCRIPTIONS
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender.active_material import active_material, is_editable
 from ..core.blender.transaction import by_session_uid
+from ..core.checks import Finding
 from ..core.shading import compiler, material, rendered
+from ..core.storage import reading
 from ..core.storage.edits import edit_arguments
 from ..core.storage.outcomes import Outcome
 from ..core.storage.properties import CHOICES, PRESET_ITEMS, fit_arguments, quality_summary, use_preset
-from ..core.storage.reading import load_arguments
 from ..work import process, tasks
 from ..work.making import report_questions
 from ..work.modal import InBackground, Steps, errors_reported
@@ -85,7 +88,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
             use_preset(self._choices, self.preset)
         path = bpy.path.abspath(self._choices.filepath)
         return process.Calculation(partial(tasks.outcome, path, settings.sample, fit_arguments(self._choices),
-                                           how=load_arguments(settings), edit=edit_arguments(target)))
+                                           how=reading.load_arguments(settings), edit=edit_arguments(target)))
 
     def prepare(self, outcome: Outcome) -> Steps:
         yield 0.95, "Compiling"
@@ -127,6 +130,31 @@ class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         use_preset(not_none(active_material(context)).measured_brdf, self.preset)
         return {"FINISHED"}
+
+
+def check_colours(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
+    """Materials that were fitted for another colour space than that of the open file, each with a button that fits it
+    again where its measurements are at hand."""
+    here = reading.scene_colours()
+    coloured = [each for each in looked_at
+                if each.measured_brdf.coefficients and each.measured_brdf.colours != reading.GREY]
+    if coloured and not here:
+        yield Finding("colours", f"The working space of this file is none of {', '.join(COLOURS)}: measured colours "
+                      "are wrong in it. Choose one of these, or an OpenColorIO configuration that has one")
+    for each in coloured:
+        if fitted := reading.other_colours(each.measured_brdf, here):
+            message = f"{each.name} was fitted for colours in {fitted}; those of this file are in {here}"
+            if each.is_editable and reading.has_file(each):
+                yield Finding(f"colours:{each.name}", f"{message}. It looks too pale or too saturated",
+                              f"Refit it for {here}", partial(_refit, each))
+            else:
+                yield Finding(f"colours:{each.name}", f"{message}. Refit it in the file that it belongs to, and "
+                              "where its measurements are")
+
+
+def _refit(target: bpy.types.Material) -> None:
+    with bpy.context.temp_override(material=target):
+        bpy.ops.measured_brdf.fit()
 
 
 classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_use_preset)

@@ -12,13 +12,22 @@ from bpy.props import BoolProperty, CollectionProperty, StringProperty
 from ...fitter import ColumnsUnknownError, DatasetError, ImplausibleError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, list_samples, open_choices
 from ..core import preferences
-from ..core.annotations import OperatorResult, not_none
+from ..core.annotations import OperatorMixIn, OperatorResult, not_none
+from ..core.blender.active_material import active_material, is_editable
 from ..core.storage.properties import CHOICES, FitChoices, fit_arguments
 from ..core.storage.reading import load_arguments
 from ..panel.layout import name_beside_value
 from ..work import process, tasks
 from ..work.discovery import GLOB, sources_in
-from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_as_script, begin_with_preference, draw_choices
+from ..work.making import (
+    FromFolder,
+    HasTarget,
+    MakesMaterials,
+    Outcomes,
+    begin_as_script,
+    begin_with_preference,
+    draw_choices,
+)
 from ..work.modal import AsksForPath, Steps, errors_reported
 
 IMPORT_DIALOG, _DIALOG_CHARACTER = 480, 7  # pixels: the width of a dialog, and of a character on average
@@ -68,7 +77,9 @@ or else to all selected ones"""
         layout = not_none(self.layout)
         name_beside_value(layout)
         if self.complaint:
-            _draw_question(layout, self)
+            draw_complaint(layout, self.complaint)
+            for name in ("angles", "quantity"):         # what the file does not say
+                layout.prop(self, name)
             return
         if context.area is None or context.area.type != "FILE_BROWSER":
             layout.prop(self, "filepath")
@@ -156,16 +167,27 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
         return context.area is not None and context.area.type in _EDITORS
 
 
+class AsksAboutFile(FitChoices, HasTarget, OperatorMixIn):
+    """A mix-in for dialogs about a file that is to be imported, or about that of the active material."""
+
+    for_material: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
+
+    def is_refused(self, context: bpy.types.Context) -> bool:
+        """Whether it is asked for a material that cannot be changed, which is reported."""
+        refused = self.for_material and not is_editable(type(self), context)
+        if refused:
+            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
+        return refused
+
+    def path(self, context: bpy.types.Context) -> str:
+        """The absolute path of the file."""
+        own = self.for_material and not self.filepath
+        return bpy.path.abspath(not_none(active_material(context)).measured_brdf.filepath if own else self.filepath)
+
+
 def _can_ask(operator: bpy.types.Operator) -> bool:
     """Whether there is a user who can answer."""
     return bool(operator.options.is_invoke) and not bpy.app.background
-
-
-def _draw_question(layout: bpy.types.UILayout, operator: Any) -> None:
-    """Ask what the numbers of a file are that does not say it."""
-    draw_complaint(layout, operator.complaint)
-    for name in ("angles", "quantity"):
-        layout.prop(operator, name)
 
 
 def draw_complaint(layout: bpy.types.UILayout, text: str) -> None:

@@ -14,18 +14,16 @@ from ..core.storage.outcomes import Data
 from ..core.storage.properties import OFFERED, is_as_fitted, is_preset
 from ..core.storage.reading import draw_reading, other_colours, scene_colours
 from ..panel.costs import draw_cost
-from ..panel.layout import MaterialPanel, choices, draw_value, draw_warning, draw_wrapped, has_data, name_beside_value
+from ..panel.layout import SubPanel, choices, draw_value, draw_warning, draw_wrapped, has_data, name_beside_value
 from ..work import queries
 from ..work.job import Job
 from . import fit, name_columns, relink, samples
 
 
-class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
+class MEASUREDBRDF_PT_data(SubPanel, bpy.types.Panel):
     """File, preset and refit; directions, gaps and values of the measurements"""
 
     bl_label = "Measurements"
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 60
 
     @classmethod

@@ -4,17 +4,16 @@ import textwrap
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
+from bpy.props import CollectionProperty, EnumProperty, StringProperty
 
 from ...fitter import DatasetError
 from ...fitter.formats import names, preview
 from ..core.annotations import OperatorResult, not_none
-from ..core.blender.active_material import active_material, is_editable
-from ..core.storage.properties import FitChoices
+from ..core.blender.active_material import active_material
 from ..panel.layout import name_beside_value
-from ..work.making import HasTarget, begin_with_preference
+from ..work.making import begin_with_preference
 from ..work.modal import errors_reported
-from .import_data import IMPORT_DIALOG, choices_and_target, draw_complaint
+from .import_data import IMPORT_DIALOG, AsksAboutFile, choices_and_target, draw_complaint
 
 _SKIP, _NAMED = "SKIP", "NAMED"
 _MEANINGS = (
@@ -41,7 +40,7 @@ class MeasuredColumn(bpy.types.PropertyGroup):
     meaning: EnumProperty(name="Meaning", items=_MEANINGS, default=_SKIP)
 
 
-class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
+class MEASUREDBRDF_OT_name_columns(AsksAboutFile, bpy.types.Operator):
     """Say which column of this table is which"""
 
     bl_idname = "measured_brdf.name_columns"
@@ -50,15 +49,13 @@ class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
 
     table: CollectionProperty(type=MeasuredColumn, options={"HIDDEN", "SKIP_SAVE"})
     complaint: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
-    for_material: BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        if self.for_material and not is_editable(type(self), context):
-            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
+        if self.is_refused(context):
             return {"CANCELLED"}
         begin_with_preference(self, context)
         try:
-            fill(self, self._path(context))
+            fill(self, self.path(context))
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -90,11 +87,6 @@ class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
             for name in ("columns", "angles", "quantity"):
                 setattr(settings, name, getattr(self, name))
         return {"FINISHED"}
-
-    def _path(self, context: bpy.types.Context) -> str:
-        if self.for_material and not self.filepath:
-            self.filepath = not_none(active_material(context)).measured_brdf.filepath
-        return bpy.path.abspath(self.filepath)
 
 
 def fill(operator: Any, path: str) -> None:

@@ -1,17 +1,16 @@
 """Choosing a sample of a CURET file by name, in a searchable list."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.props import EnumProperty, StringProperty
 
 from ...fitter import DatasetError
 from ...fitter.formats import list_samples
 from ..core.annotations import OperatorResult, not_none
-from ..core.blender.active_material import active_material, is_editable
-from ..core.storage.properties import FitChoices
+from ..core.blender.active_material import active_material
 from ..work import icons
-from ..work.making import HasTarget, begin_with_preference
+from ..work.making import begin_with_preference
 from ..work.modal import errors_reported
-from .import_data import choices_and_target
+from .import_data import AsksAboutFile, choices_and_target
 
 _Item = tuple[str, str, str, int, int]
 _items: list[_Item] = []     # Blender keeps no reference to the strings that an items function returns
@@ -21,7 +20,7 @@ def _list(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> 
     return _items
 
 
-class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
+class MEASUREDBRDF_OT_choose_sample(AsksAboutFile, bpy.types.Operator):
     """Choose a sample of this file by name"""
 
     bl_idname = "measured_brdf.choose_sample"
@@ -30,17 +29,13 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
     bl_property = "item"
 
     item: EnumProperty(name="Sample", items=_list, options={"SKIP_SAVE"})
-    for_material: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
     refit: StringProperty(options={"SKIP_SAVE", "HIDDEN"})         # the preset to fit with then; empty: do not fit
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        if self._is_refused(context):
+        if self.is_refused(context):
             return {"CANCELLED"}
         begin_with_preference(self, context)
-        path = self.filepath
-        if self.for_material and not path:
-            path = not_none(active_material(context)).measured_brdf.filepath
-        path = bpy.path.abspath(path)
+        path = self.path(context)
         try:
             samples = list_samples(path)
         except DatasetError as error:
@@ -56,7 +51,7 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        if self._is_refused(context):
+        if self.is_refused(context):
             return {"CANCELLED"}
         with errors_reported(self):
             if not self.for_material:
@@ -66,12 +61,6 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
             if self.refit:
                 bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
         return {"FINISHED"}
-
-    def _is_refused(self, context: bpy.types.Context) -> bool:
-        refused = self.for_material and not is_editable(type(self), context)
-        if refused:
-            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
-        return refused
 
 
 classes = (MEASUREDBRDF_OT_choose_sample,)

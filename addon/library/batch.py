@@ -36,13 +36,6 @@ from ..work.job import Job
 PROCESSES = max((os.cpu_count() or 1) - 1, 1)
 
 
-class Progress(NamedTuple):
-    """The progress of a batch."""
-
-    fraction: float
-    doing: str
-
-
 class _Task(NamedTuple):
     """A material to make, or to fit again if `replaced` names one in the open part; `edit` is what users adjusted.
 
@@ -79,8 +72,9 @@ _Planned = Mapping[Path | None, Sequence[_Task]]
 
 def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Sequence[Failure], choices: Choices,
             path: str | Path, processes: int = PROCESSES, force: bool = False, prune: bool = False,
-            colours: str = DEFAULT_COLOURS) -> Generator[Progress, None, list[Row]]:
-    """Write an asset library, in steps that do not wait for the processes: callers should sleep between them.
+            colours: str = DEFAULT_COLOURS) -> Generator[tuple[float, str], None, list[Row]]:
+    """Write an asset library, in steps that do not wait for the processes: callers should sleep between them. Yields
+    (fraction, doing).
 
     Parameters
     ----------
@@ -167,10 +161,11 @@ def _plan(sources: Sequence[Source], how: Arguments, choices: Choices, entries: 
         else:
             todo.append(_Task(path, sample, key, choices.rendering))
     left = [entry for entry in entries if entry.key not in wanted]
-    for same in (_is_same_file, _has_same_name):
+    for place in (os.path.abspath, os.path.basename):       # of the same file, else of one of the same name
         for task in todo[:]:
+            same = (entry for entry in left if (place(entry.filepath), entry.sample) == (place(task.path), task.sample))
             # users may have made copies: prefer an asset, and one that has not been renamed
-            outdated = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
+            outdated = max(same, key=lambda entry: (entry.is_asset, entry.is_named_after_data), default=None)
             if outdated is not None:
                 left.remove(outdated)
                 todo.remove(task)
@@ -181,21 +176,9 @@ def _plan(sources: Sequence[Source], how: Arguments, choices: Choices, entries: 
     return planned, left
 
 
-def _is_original(entry: _Entry) -> tuple[bool, bool]:
-    return entry.is_asset, entry.is_named_after_data
-
-
-def _is_same_file(task: _Task, entry: _Entry) -> bool:
-    return (os.path.abspath(task.path), task.sample) == (os.path.abspath(entry.filepath), entry.sample)
-
-
-def _has_same_name(task: _Task, entry: _Entry) -> bool:
-    return (Path(task.path).name, task.sample) == (Path(entry.filepath).name, entry.sample)
-
-
 def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], planned: _Planned,
                  removed: Mapping[Path, Sequence[str]], entries: Sequence[_Entry], choices: Choices, how: Arguments,
-                 processes: int, rows: list[Row]) -> Iterator[Progress]:
+                 processes: int, rows: list[Row]) -> Iterator[tuple[float, str]]:
     """Change and save one part after the other."""
     total = sum(map(len, planned.values()))
     done, waiting = 0, [*planned.get(None, ())]
@@ -219,10 +202,10 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         made: list[str] = []
         for step in _do_tasks(todo, how, fit_arguments(choices), folder, processes,
                               partial(_make_material, context, choices, made, rows)):
-            yield Progress((done + step) / total, f"{done + step} of {total} fitted")
+            yield (done + step) / total, f"{done + step} of {total} fitted"
         done += len(todo)
         if made or unwanted:
-            yield Progress(done / max(total, 1), f"Writing {part.name}")
+            yield done / max(total, 1), f"Writing {part.name}"
             library_file.save_part(part, opened)
             is_written = True
         else:

@@ -112,14 +112,14 @@ def _convert(options: argparse.Namespace) -> int:
                               options.prune, options.colours or scene_colours() or DEFAULT_COLOURS)
         while True:
             try:
-                progress = next(steps)
+                fraction, doing = next(steps)
             except StopIteration as end:
                 rows = end.value
                 break
             if report:
-                report.progress(*progress)
+                report.progress(fraction, doing)
             else:
-                cli.show_progress(round(total * progress.fraction), max(total, 1), progress.doing)
+                cli.show_progress(round(total * fraction), max(total, 1), doing)
             time.sleep(0.02)
     if report:
         report.result({"rows": rows, "path": str(out)})

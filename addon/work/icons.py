@@ -71,7 +71,8 @@ def icon(key: Key, function: Callable[[], Any], lane: str = "fit",
     wanted any more.
     """
     def make(done: Job[Any]) -> None:
-        _icons.add(key, done.result[0] if isinstance(done.result, tuple) else done.result)
+        picture: Any = done.result
+        _icons.add(key, picture[0] if isinstance(picture, tuple) else picture)
 
     if latest:
         queue.forget(lambda other: isinstance(other, tuple) and other[:2] == key[:2] and other != key)

@@ -184,17 +184,11 @@ def test_a_render_that_fails_is_told(one, small, monkeypatch):
     assert state() == before
 
 
-def test_a_linked_material_is_rendered(cubes, one, small, tmp_path):
-    path = str(tmp_path / "library.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.read_homefile(use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (_, target):
-        target.materials = ["one"]
-    bpy.ops.mesh.primitive_cube_add()
-    bpy.context.object.data.materials.append(target.materials[0])
+def test_a_linked_material_is_rendered(cubes, small, from_library):
+    linked = from_library("one")
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    picture = operators.renders[operators.render_key(bpy.context.scene, target.materials[0])][0]
+    picture = operators.renders[operators.render_key(bpy.context.scene, linked)][0]
     plain = picture[12, 12, :3]
     assert plain.max() > 0.02, "the shader has been found"

@@ -84,14 +84,9 @@ def test_a_sphere_is_a_button_and_the_method_of_2002_none_before_its_error_is_kn
             assert over[2] == below[2] != ""
 
 
-def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(material, fits, tmp_path, monkeypatch):
+def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(material, fits, from_library, monkeypatch):
     quick_held_out(monkeypatch)
-    path = str(tmp_path / "library.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.read_homefile(use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (_, target):
-        target.materials = ["glossy"]
-    shown = drawn(presets.MEASUREDBRDF_PT_compare, target.materials[0])
+    shown = drawn(presets.MEASUREDBRDF_PT_compare, from_library("glossy"))
     assert "button" not in shown.kinds
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     for name in ORDER:

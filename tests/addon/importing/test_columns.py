@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import fitter
-from support.stage import black_scene
 
 CHEAP = {"diffuse_level": 1, "specular_level": -1}
 MEANT = "theta_i[deg],theta_o[deg],phi[deg],BRDF"
@@ -22,13 +21,6 @@ def file(tmp_path):
     path = tmp_path / "scan.csv"
     path.write_text(f"incoming tilt;Angle of scatter;Azimuth;x\n{rows()}")
     return str(path)
-
-
-@pytest.fixture
-def cube(blender):
-    black_scene(8, 8, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
-    return blender.context.object
 
 
 def test_a_script_names_the_columns_and_the_material_keeps_them(blender, cube, file):
@@ -89,26 +81,6 @@ def test_the_dialog_is_drawn_with_a_choice_for_each_column(extension, file):
     drawn = [call.args for call in column.split.return_value.split.return_value.prop.call_args_list]
     assert [name for _, name in drawn] == ["meaning"] * 4
     assert [call.args[1] for call in asked.layout.prop.call_args_list] == ["angles", "quantity"]
-
-
-@pytest.mark.parametrize(("kind", "text"), [("ColumnsUnknownError", "columns"), ("ImplausibleError", "numbers")])
-def test_in_a_window_a_file_that_is_not_understood_is_asked_about(blender, extension, file, monkeypatch, kind, text):
-    module, called = extension.addon.importing.import_data, []
-    operators = SimpleNamespace(import_data=lambda *given, **options: called.append(("import_data", options)),
-                                name_columns=lambda *given, **options: called.append(("name_columns", options)))
-    monkeypatch.setattr(module, "bpy", SimpleNamespace(
-        ops=SimpleNamespace(measured_brdf=operators), app=SimpleNamespace(background=False), types=blender.types))
-    choices = dict.fromkeys((*extension.addon.core.storage.properties.CHOICES, "target", "slot", "others"), 0)
-    choices |= {"filepath": file}
-    importing = SimpleNamespace(options=SimpleNamespace(is_invoke=True), is_checked=False, **choices,
-                                _paths=lambda: [file], given=lambda: {"filepath": file})
-    error = getattr(extension.fitter, kind)(text, file)
-    assert module.MEASUREDBRDF_OT_import_data._failed(importing, error) == {"CANCELLED"}
-    (name, options), = called
-    assert options["filepath"] == file
-    assert options["complaint"] == f"{file}: {text}"
-    assert name == ("name_columns" if text == "columns" else "import_data")
-    assert text == "columns" or options["is_checked"]
 
 
 def test_numbers_that_no_surface_has_are_imported_by_scripts_with_a_warning(extension, tmp_path):

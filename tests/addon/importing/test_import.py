@@ -25,13 +25,6 @@ def file(tmp_path):
     return path
 
 
-@pytest.fixture
-def cube(blender):
-    black_scene(16, 16, samples=8, span=1)
-    blender.ops.mesh.primitive_cube_add()
-    return blender.context.object
-
-
 def counts(bpy):
     return {name: len(getattr(bpy.data, name)) for name in ("materials", "texts", "node_groups", "images", "objects")}
 
@@ -136,10 +129,10 @@ def test_an_operator_that_hands_on_an_unreadable_file_reports_its_error_in_one_l
 
 
 def test_a_fix_that_another_operator_refuses_is_reported_in_one_line(blender, extension, cube, file, monkeypatch):
-    checks, colours = extension.addon.core.checks, extension.addon.importing.colours
+    checks, fit = extension.addon.core.checks, extension.addon.importing.fit
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     file.write_text("nonsense")
-    finding = checks.Finding("a", "Something", "Refit", lambda: colours._refit(cube.active_material))
+    finding = checks.Finding("a", "Something", "Refit", lambda: fit._refit(cube.active_material))
     monkeypatch.setattr(checks, "check", lambda scene: [finding])
     with pytest.raises(RuntimeError) as raised:
         blender.ops.measured_brdf.fix_setting()

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
+from measured_brdf.addon.importing import import_data
 
 from support.operators import methods
 
@@ -23,7 +24,7 @@ def asking(blender, extension, monkeypatch):
         own = methods(getattr(module, name)) | {
             "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
             "start": note("start", {"RUNNING_MODAL"})}
-        made = type("Asking", bases, own)()
+        made = type("Asking", bases or (import_data.AsksAboutFile,), own)()
         choices = extension.addon.core.storage.properties.CHOICES
         values = dict.fromkeys((*choices, "directory", "others", "complaint"), "")
         values |= {"files": [], "target": 7, "slot": 0, "is_checked": False, "for_material": False,
@@ -104,18 +105,23 @@ def test_a_file_that_is_not_there_is_an_error(window, tmp_path):
 
 @pytest.mark.parametrize(("kind", "files", "expected"), [
     ("SampleUnknownError", ["a.dat"], "choose_sample"), ("ColumnsUnknownError", ["a.csv"], "name_columns"),
+    ("UnitsUnknownError", ["a.csv"], "import_data"), ("ImplausibleError", ["a.csv"], "import_data"),
     ("ColumnsUnknownError", ["a.csv", "b.csv"], None), ("DatasetError", ["a.csv"], None)])
-def test_where_it_fails_it_asks_only_what_one_file_can_answer(window, kind, files, expected):
+@pytest.mark.parametrize("is_invoke", [True, False])
+def test_where_it_fails_it_asks_a_user_what_one_file_can_answer(window, kind, files, expected, is_invoke):
     window.made.filepath, window.made.directory = "", "/data"
     window.made.files = [SimpleNamespace(name=name) for name in files]
+    window.made.options.is_invoke = is_invoke
+    window.made.given = lambda: {"filepath": f"/data/{files[0]}", "target": 7}
     error = getattr(window.fitter, kind)("is not understood", "a")
     assert window.made._failed(error) == {"CANCELLED"}
     (said, more), = window.asked
-    if expected is None:
+    if expected is None or not is_invoke:
         assert (said, more) == ({"ERROR"}, str(error))
-    else:
-        assert said == expected
-        assert more["filepath"] == f"/data/{files[0]}"
+        return
+    assert (said, more["filepath"], more["target"]) == (expected, f"/data/{files[0]}", 7)
+    assert more.get("complaint") == (None if expected == "choose_sample" else str(error))
+    assert more.get("is_checked") == {"UnitsUnknownError": False, "ImplausibleError": True}.get(kind)
 
 
 def test_repeated_it_is_for_the_object_that_is_active_now(blender, extension):

@@ -10,7 +10,6 @@ from measured_brdf.addon.work import tasks
 
 import fitter
 from fitter import PRESETS
-from support.stage import black_scene
 
 LEVELS = ("diffuse_level", "specular_level", "compression")
 
@@ -32,13 +31,6 @@ def asked(extension, monkeypatch):
 
     monkeypatch.setattr(tasks, "fit_once", quickly_fitted)
     return seen
-
-
-@pytest.fixture
-def cube(blender):
-    black_scene(8, 8, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
-    return blender.context.object
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -139,15 +131,10 @@ def test_the_preset_of_a_material_leaves_its_levels_alone(blender, extension):
     assert settings.diffuse_level == 2
 
 
-def test_presets_and_samples_are_not_offered_for_materials_of_other_files(blender, cube, file, asked, tmp_path):
+def test_presets_and_samples_are_not_offered_for_materials_of_other_files(blender, cube, file, asked, from_library):
     blender.ops.measured_brdf.import_data(filepath=file)
     cube.active_material.name = "theirs"
-    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
-    black_scene(8, 8, samples=1, span=1)
-    blender.ops.mesh.primitive_plane_add()
-    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, target):
-        target.materials = ["theirs"]
-    blender.context.object.active_material = target.materials[0]
+    from_library("theirs")
     for name in ("use_preset", "fit", "find_file"):
         assert not getattr(blender.ops.measured_brdf, name).poll(), name
     with pytest.raises(RuntimeError, match="another file"):

@@ -472,9 +472,7 @@ def test_a_large_library_is_several_files_of_which_each_is_whole(
 
 
 @pytest.fixture
-def material(blender, folder):
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
+def material(cube, folder):
     assert bpy.ops.measured_brdf.import_data(filepath=str(folder / "a.astm"), **SETTINGS) == {"FINISHED"}
     return bpy.context.object.active_material
 
@@ -606,9 +604,7 @@ def test_saving_offers_the_library_of_the_preferences_those_that_blender_has_and
     assert module._libraries(None, None) == []          # as Blender asks where it has no context
 
 
-def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(blender, folder, tmp_path):
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
+def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(cube, folder, tmp_path):
     for name in "ab":
         bpy.ops.measured_brdf.import_data(filepath=str(folder / f"{name}.astm"), **SETTINGS)
     mask = bpy.data.images.new("mask", 4, 4)

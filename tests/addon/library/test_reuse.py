@@ -29,11 +29,9 @@ CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": 3, "compressio
 
 
 @pytest.fixture
-def material(blender, file):
-    black_scene(16, 16, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
+def material(blender, cube, file):
     assert blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP) == {"FINISHED"}
-    return blender.context.object.active_material
+    return cube.active_material
 
 
 def settings_of(material):
@@ -49,9 +47,7 @@ def renders(material):
     return bool(script.bytecode)
 
 
-def test_several_files_dropped_become_materials_and_the_first_is_assigned(blender, glossy, write_astm, tmp_path):
-    black_scene(16, 16, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
+def test_several_files_dropped_become_materials_and_the_first_is_assigned(blender, cube, glossy, write_astm, tmp_path):
     names = ["a", "b", "c"]
     for name in names:
         write_astm(tmp_path / f"{name}.astm", glossy, name)
@@ -106,19 +102,13 @@ def test_saved_and_loaded_the_settings_are_the_same(blender, material, tmp_path)
 
 
 @pytest.mark.parametrize("how", quick(["append", "link", "override"], "override"))
-def test_in_another_file_the_settings_are_the_same(blender, material, tmp_path, how):
-    before, name = settings_of(material), material.name
-    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
-    black_scene(16, 16, samples=1, span=1)
-    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=how != "append") as (_, target):
-        target.materials = [name]
-    taken = target.materials[0]
+def test_in_another_file_the_settings_are_the_same(blender, material, from_library, how):
+    before = settings_of(material)
+    taken = from_library(material.name, link=how != "append")
     if how == "override":
-        taken = taken.override_create()
+        taken = blender.context.object.active_material = taken.override_create()
     assert settings_of(taken) == before
     assert renders(taken)
-    blender.ops.mesh.primitive_cube_add()
-    blender.context.object.data.materials.append(taken)
     assert blender.ops.measured_brdf.fit.poll() == (how == "append")
 
 
@@ -211,17 +201,6 @@ def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
     assert settings.preset == "Reference"
     assert settings.diffuse_level == PRESETS["Reference"]["diffuse_level"]
     assert settings.coefficients == fitted
-
-
-@release
-def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender, glossy, write_astm, tmp_path):
-    black_scene(16, 16, samples=1, span=1)
-    few = write_astm(tmp_path / "few.astm", subset(glossy, slice(60)))
-    assert blender.ops.measured_brdf.import_data(filepath=str(few), preset="Standard") == {"FINISHED"}
-    settings = blender.data.materials["glossy"].measured_brdf
-    assert {name: getattr(settings, name) for name in ("diffuse_level", "specular_level")} == {
-        name: PRESETS["Standard"][name] for name in ("diffuse_level", "specular_level")}
-    assert settings.compression == pytest.approx(PRESETS["Standard"]["compression"])
 
 
 @release
@@ -402,16 +381,6 @@ def test_a_conversion_that_is_killed_leaves_the_old_library_and_a_rerun_goes_on_
     assert {path: path.stat().st_mtime_ns for path in done} == done
     with blender.data.libraries.load(str(out)) as (source, _):
         assert len(source.materials) == 9
-
-
-@release
-def test_the_batch_operator_leaves_the_open_file_as_it_is(blender, material, three, tmp_path):
-    before = {name: len(getattr(blender.data, name)) for name in ("materials", "texts", "node_groups", "objects")}
-    out = tmp_path / "library.blend"
-    assert blender.ops.measured_brdf.convert_folder(directory=str(three), library=str(out), **CHEAP) == {"FINISHED"}
-    assert {name: len(getattr(blender.data, name)) for name in before} == before
-    with blender.data.libraries.load(str(out)) as (source, _):
-        assert len(source.materials) == 2
 
 
 @release

@@ -7,13 +7,10 @@ import pytest
 
 from support.blend_state import state
 from support.operators import methods
-from support.stage import black_scene
 
 
 @pytest.fixture
-def material(blender, tmp_path, glossy, write_astm):
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
+def material(cube, tmp_path, glossy, write_astm):
     bpy.ops.measured_brdf.import_data(filepath=str(write_astm(tmp_path / "a.astm", glossy, "a")), preset="Paper",
                                       diffuse_level=1, specular_level=-1)
     return bpy.context.object.active_material

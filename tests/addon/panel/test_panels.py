@@ -13,7 +13,7 @@ from measured_brdf.addon.core import preferences
 from measured_brdf.addon.core.storage import properties
 from measured_brdf.addon.core.storage.properties import CHOICES, quality_summary
 from measured_brdf.addon.importing import details, import_data, measurements
-from measured_brdf.addon.library import folders
+from measured_brdf.addon.library import operators as saving
 from measured_brdf.addon.mix import panel
 from measured_brdf.addon.panel import layout as layouts
 from measured_brdf.addon.panel import main, menu
@@ -122,7 +122,7 @@ def test_a_folder_is_asked_for_with_the_choices_that_a_file_has(material, monkey
     choices = {entry[2:] for entry in of_folder.drawn if entry[0] == "choice"}
     assert choices == {("preset", "Standard"), ("preset", "Reference"), ("rendering", "AUTO"),
                        ("rendering", "EXACT"), ("rendering", "NODES")}
-    assert draw_as(folders.MEASUREDBRDF_OT_convert_folder, material, directory="/data/", library="").fields[-1] == (
+    assert draw_as(saving.MEASUREDBRDF_OT_convert_folder, material, directory="/data/", library="").fields[-1] == (
         "library")
 
 
@@ -282,16 +282,9 @@ def test_a_poor_match_comes_with_what_to_do_about_it(material, match, preset, ad
     assert advice in draw(main.MEASUREDBRDF_PT_material, material=material).texts
 
 
-def test_a_linked_material_cannot_be_refitted_until_it_is_local(blender, material, tmp_path):
-    library, name = str(tmp_path / "library.blend"), material.name
-    before = dict(material.measured_brdf.items())
-    blender.data.libraries.write(library, {material})
-    blender.ops.wm.read_homefile(use_empty=True)
-    with blender.data.libraries.load(library, link=True) as (_, wanted):
-        wanted.materials = [name]
-    linked = blender.data.materials[name]
-    blender.ops.mesh.primitive_cube_add()
-    blender.context.object.data.materials.append(linked)
+def test_a_linked_material_cannot_be_refitted_until_it_is_local(blender, material, from_library):
+    before = material.measured_brdf.fitted_as
+    linked = from_library(material.name)
     shown = drawn(measurements.MEASUREDBRDF_PT_data, linked)
     assert not shown.button("Standard").enabled
     assert not shown.button("Refit").enabled
@@ -299,7 +292,7 @@ def test_a_linked_material_cannot_be_refitted_until_it_is_local(blender, materia
     assert blender.ops.measured_brdf.make_local() == {"FINISHED"}
     local = blender.context.object.active_material
     assert local.is_editable
-    assert local.measured_brdf.fitted_as == before["fitted_as"]
+    assert local.measured_brdf.fitted_as == before
     assert not blender.ops.measured_brdf.make_local.poll()
     assert drawn(measurements.MEASUREDBRDF_PT_data, local).button("Standard").enabled
     assert drawn(main.MEASUREDBRDF_PT_material, local).button("Make Local") is None

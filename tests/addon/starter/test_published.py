@@ -24,11 +24,7 @@ from support.blend_state import state
 from support.checkout import ROOT
 from support.drawn import Layout, draw
 
-
-@pytest.fixture
-def cube(blender, quick):
-    bpy.ops.mesh.primitive_cube_add()
-    return bpy.context.object
+pytestmark = pytest.mark.usefixtures("quick")
 
 
 def test_a_virtual_path_is_imported_like_a_file(cube):

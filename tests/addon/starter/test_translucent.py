@@ -11,11 +11,7 @@ from fitter import Fit
 from fitter.model import published
 from support.drawn import draw
 
-
-@pytest.fixture
-def cube(blender, quick):
-    bpy.ops.mesh.primitive_cube_add()
-    return bpy.context.object
+pytestmark = pytest.mark.usefixtures("quick")
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from measured_brdf.addon.importing import fit, import_data
-from measured_brdf.addon.library import folders
 from measured_brdf.addon.library import operators as assets
 from measured_brdf.addon.work import making, modal, process
 
@@ -171,7 +170,7 @@ def test_a_conversion_touches_nothing_of_the_open_file(blender, folder, tmp_path
     scene(folder)
     before = state()
     base = type("Base", (making.FromFolder, assets.ReplacesFile), {})
-    operator = driven(folders.MEASUREDBRDF_OT_convert_folder, base, directory=str(folder), force=False,
+    operator = driven(assets.MEASUREDBRDF_OT_convert_folder, base, directory=str(folder), force=False,
                       library=str(tmp_path / "library.blend"))
     operator._begin(operator.work(bpy.context))
     count = 0

@@ -76,14 +76,8 @@ def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(imported, tmp_
     np.testing.assert_allclose(picture, plane_plot.polar_plot([Plotted(expected)], None, 0.6)[0], atol=0.01)
 
 
-def test_linked_materials_have_pictures(imported, tmp_path, blender, no_fits):
-    name, expected = imported[0].name, imported[1]
-    file = str(tmp_path / "library.blend")
-    blender.data.libraries.write(file, {imported[0]})
-    blender.ops.wm.read_homefile(use_empty=True)
-    with blender.data.libraries.load(file, link=True) as (_, wanted):
-        wanted.materials = [name]
-    material = blender.data.materials[name]
+def test_linked_materials_have_pictures(imported, from_library, no_fits):
+    expected, material = imported[1], from_library(imported[0].name)
     assert not material.is_editable
     _, sphere = answered(queries.material_sphere, material)
     np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
