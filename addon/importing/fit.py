@@ -12,7 +12,7 @@ from ...fitter.colours import COLOURS
 from ...fitter.formats import is_there
 from ...fitter.formats.reading import OPTIONS
 from ...fitter.methods.presets import PRESET_DESCRIPTIONS
-from ..core.annotations import OperatorResult, not_none
+from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.blender.active_material import active_material, is_editable
 from ..core.blender.transaction import by_session_uid
 from ..core.checks import Finding
@@ -23,17 +23,21 @@ from ..core.storage.outcomes import Outcome
 from ..core.storage.properties import CHOICES, PRESET_ITEMS, fit_arguments, quality_summary, use_preset
 from ..work import process, tasks
 from ..work.making import report_questions
-from ..work.modal import InBackground, Steps, errors_reported
+from ..work.modal import InBackground, Steps, begin_another
 
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
 
 
-class FitsWithPreset:
-    """A mix-in for operators that fit a material, by its own settings or a preset."""
+class FitsWithPreset(OperatorMixIn):
+    """A mix-in for operators that fit the active material, by its own settings or a preset."""
 
     preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
                          items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
                          description="A preset that replaces the settings of the material")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_editable(cls, context)
 
 
 class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
@@ -47,10 +51,6 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
                              description="New location of the measurements. Empty: the location has not changed")
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return is_editable(cls, context)
-
-    @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_fit") -> str:
         text = PRESET_DESCRIPTIONS.get(properties.preset, "")
         return f"Fit with {properties.preset}. {text}" if text else ""
@@ -58,18 +58,13 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         path = self.filepath or not_none(active_material(context)).measured_brdf.filepath
         if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
-            with errors_reported(self):
-                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset, refit=True)
-            return {"CANCELLED"}
+            return begin_another(self, "find_file", preset=self.preset, refit=True)
         return self.start(context)
 
     def _failed(self, error: Exception) -> OperatorResult:
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
             # the other operator asks, and starts anew
-            with errors_reported(self):
-                bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
-                                                    refit=self.preset)
-            return {"CANCELLED"}
+            return begin_another(self, "choose_sample", filepath=self.filepath, for_material=True, refit=self.preset)
         return InBackground._failed(self, error)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
@@ -79,8 +74,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         settings = target.measured_brdf
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
         # a damaged .blend may name some that do not exist
-        self._choices.preset = self._choices.preset or "Paper"
-        for name in (*OPTIONS, "rendering"):
+        for name in (*OPTIONS, "preset", "rendering"):
             default = settings.bl_rna.properties[name].default
             setattr(self._choices, name, getattr(self._choices, name) or default)
         self._choices.filepath = self.filepath or settings.filepath

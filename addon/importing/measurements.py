@@ -82,18 +82,17 @@ def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitt
     """Say if the file is being read, cannot be read, or has changed since the fit."""
     if data.finished is None:
         layout.label(text="Reading the measurements", icon="TIME")
-    elif isinstance(data.error, SampleUnknownError):
+    elif isinstance(data.error, SampleUnknownError | ColumnsUnknownError):
         draw_warning(layout, str(data.error))
         row = layout.row()
         row.operator_context = "INVOKE_DEFAULT"
-        chosen = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
-        chosen.for_material, chosen.refit = True, fit.AS_CHOSEN if fitted else ""
-    elif isinstance(data.error, ColumnsUnknownError):
-        draw_warning(layout, str(data.error))
-        row = layout.row()
-        row.operator_context = "INVOKE_DEFAULT"
-        asked = row.operator(name_columns.MEASUREDBRDF_OT_name_columns.bl_idname, icon="QUESTION")
-        asked.for_material, asked.complaint = True, str(data.error)
+        if isinstance(data.error, SampleUnknownError):
+            asked = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
+            asked.refit = fit.AS_CHOSEN if fitted else ""
+        else:
+            asked = row.operator(name_columns.MEASUREDBRDF_OT_name_columns.bl_idname, icon="QUESTION")
+            asked.complaint = str(data.error)
+        asked.for_material = True
     elif data.error is not None:
         if fitted:
             draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")

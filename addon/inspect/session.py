@@ -34,20 +34,12 @@ running: "Session | None" = None
 
 
 class Session:
-    """An inspection, and the area that it is drawn in.
-
-    Attributes
-    ----------
-    area_key : int
-        Identifies the area while it is open.
-    failed : str
-        What went wrong in drawing; empty if nothing has.
-    """
+    """An inspection, and the area that it is drawn in."""
 
     def __init__(self, inspection: Inspection, area: bpy.types.Area) -> None:
         self.inspection = inspection
-        self.area_key = area.as_pointer()
-        self.failed = ""
+        self.area_key = area.as_pointer()       # identifies the area while it is open
+        self.failed = ""                        # what went wrong in drawing
         self._waiting = "Reading the fit ..."
         self._near: Any = None              # the answer that the shown samples are of
         self._handlers: list[Any] = []

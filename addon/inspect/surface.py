@@ -25,33 +25,17 @@ _EDGES: dict[str, Callable[[IntArray, int], IntArray]] = {      # of images: wha
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """A spot of a surface; it moves with its object.
+    """A spot of a surface; it moves with its object. Vectors, (3,), are in the coordinates of the object."""
 
-    Attributes
-    ----------
-    item, material : int
-        The `session_uid` of the object, and of the material that it has there.
-    location, normal, tangent : (3,) float64
-        In the coordinates of the object. The tangent is turned into the surface when it is used.
-    as_normal : bool
-        Whether the tangent goes to the world as normals do: Cycles' default does, that of a node as a direction.
-    turn : float
-        By how much the material turns the tangent, counter-clockwise, radians.
-    origin : str
-        Where the tangent comes from, for users.
-    masked : float, or None
-        Of a mix by a mask, the share of the second material there, if it is known.
-    """
-
-    item: int
-    material: int
+    item: int                   # the `session_uid` of the object
+    material: int               # and of the material that it has there
     location: FloatArray
     normal: FloatArray
-    tangent: FloatArray
-    as_normal: bool
-    turn: float
-    origin: str
-    masked: float | None = None
+    tangent: FloatArray         # it is turned into the surface when it is used
+    as_normal: bool             # the tangent goes to the world as normals do, by Cycles' default; else as a direction
+    turn: float                 # by which the material turns the tangent, counter-clockwise, radians
+    origin: str                 # where the tangent comes from, for users
+    masked: float | None = None     # of a mix by a mask, the share of the second material there, if it is known
 
     def frame(self, world: ArrayLike) -> FloatArray:
         """The frame of the surface in the world, (4, 4): x is the tangent, z the normal, and the last column the spot.

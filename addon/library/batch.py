@@ -7,6 +7,7 @@ does not grow with the number of measurements.
 
 import os
 import re
+import time
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import partial
@@ -34,6 +35,7 @@ from ..work.discovery import Failure, Source
 from ..work.job import Job
 
 PROCESSES = max((os.cpu_count() or 1) - 1, 1)
+_PAUSE = 0.02               # s, between two looks at the processes
 
 
 class _Task(NamedTuple):
@@ -73,35 +75,16 @@ _Planned = Mapping[Path | None, Sequence[_Task]]
 def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Sequence[Failure], choices: Choices,
             path: str | Path, processes: int = PROCESSES, force: bool = False, prune: bool = False,
             colours: str = DEFAULT_COLOURS) -> Generator[tuple[float, str], None, list[Row]]:
-    """Write an asset library, in steps that do not wait for the processes: callers should sleep between them. Yields
-    (fraction, doing).
+    """Write an asset library, in steps: yields (fraction, doing), and returns the rows, of which those that failed say
+    why.
 
-    Parameters
-    ----------
-    sources, failures
-        As `sources_in` returns them; materials of files that could not be read are kept.
-    choices : properties.Choices
-        `filepath` and `sample` are set to those of each material.
-    path : path-like
-        The .blend to write, the first part of the library. Outdated materials in it are fitted again in place, new ones
-        are added, and everything else stays. Fits are saved in a folder beside it, so that an interrupted run can
-        continue.
-    force : bool
-        Keep a file that is not a library under another name, instead of raising an error.
-    prune : bool
-        Remove unused materials of an earlier run whose measurements are not among the sources or failures.
-    colours : str
-        The colour space of the files that will use the materials.
-
-    Returns
-    -------
-    list of Row
-        The status of those that failed says why.
-
-    Raises
-    ------
-    library_file.LibraryError, OSError
-        If the file may not be replaced; then nothing has changed.
+    `path` is the .blend, the first part of the library. Outdated materials in it are fitted again in place, new ones
+    are added, and everything else stays, also what was made of files that are among the `failures`; with `prune`,
+    unused materials of an earlier run go whose measurements are not among these nor the `sources`. Fits are saved in a
+    folder beside it, so that an interrupted run can continue. `filepath` and `sample` of the choices are set to those
+    of each material, and `colours` is the space of the files that will use them. With `force`, a file that is not a
+    library is kept under another name; else, as where it may not be replaced, LibraryError or OSError is raised, and
+    nothing has changed.
     """
     path, how = Path(path), {**load_arguments(choices), "colours": colours}
     with library_file.writing(path, force):
@@ -236,6 +219,7 @@ def _do_tasks(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folde
                 worker.begin(job)
                 running.append((job, task, worker))
             yield len(todo) - len(waiting) - len(running)
+            time.sleep(_PAUSE)
     finally:
         for worker in [*idle, *(worker for _, _, worker in running)]:
             worker.kill()

@@ -21,7 +21,7 @@ from ..work import process, queries, tasks
 from ..work.blender_process import Command
 from ..work.command import DONE, Row
 from ..work.making import FromFolder
-from ..work.modal import InBackground, errors_reported
+from ..work.modal import InBackground, begin_another
 
 _REAL_ROOT = real_path(Path(__file__).parents[2])
 _THIS_FILE = "LOCAL"        # in the place of the path of a library
@@ -65,9 +65,8 @@ def _libraries(_operator: object, context: bpy.types.Context | None) -> list[tup
         return []
     own, extensions = preferences.get(context).asset_library, real_path(bpy.utils.user_resource("EXTENSIONS"))
     libraries = [(own, "Measured BRDF")] if own else []
-    libraries += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries
-              if each.path and extensions not in real_path(bpy.path.abspath(each.path)).parents
-              and _REAL_ROOT not in real_path(bpy.path.abspath(each.path)).parents]
+    libraries += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries if each.path
+                  and not {extensions, _REAL_ROOT} & {*real_path(bpy.path.abspath(each.path)).parents}]
     _items[:] = [(path, name, f"Save into {path}") for path, name in dict(libraries).items()]
     _items.append((_THIS_FILE, "Current File", "Make the material an asset of the open file"))
     return _items
@@ -113,9 +112,7 @@ in other files"""
             if directory == _THIS_FILE:
                 return self._mark_here(context)
             # the user has answered; start anew as a modal operator, so that the window stays responsive
-            with errors_reported(self):
-                bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=directory, force=self.force)
-            return {"CANCELLED"}
+            return begin_another(self, "save_asset", directory=directory, force=self.force)
         return self._mark_here(context) if self._path(context) is None else self.run(context)
 
     def _mark_here(self, context: bpy.types.Context) -> OperatorResult:

@@ -117,7 +117,6 @@ def _lines(text: str, width: int, size: float, breaks_words: bool) -> tuple[str,
     return _broken(text, _LEAST, breaks_words)
 
 
-@lru_cache(maxsize=4096)
 def _broken(text: str, characters: int, breaks_words: bool) -> tuple[str, ...]:
     return tuple(textwrap.wrap(text, characters, break_long_words=breaks_words))
 

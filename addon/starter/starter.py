@@ -6,13 +6,12 @@ there is none, or where this Blender is too old to read it.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ...fitter import cli
 from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.imaging.pictures import thumbnail
 from ...fitter.library import ready
@@ -24,7 +23,7 @@ from ..core.libraries import assets, library_file
 from ..core.shading import material as materials
 from ..core.shading.compiler import Shader
 from ..core.storage.properties import FIT_LEVELS, Choices, default_choices, use_preset
-from ..work.command import get_report, quiet
+from ..work.command import get_report, quiet, run_steps
 from . import shelf, thumbnails, work
 
 LIBRARY_NAME = "Measured BRDF Starter Library"
@@ -63,7 +62,7 @@ def offer(context: bpy.types.Context, path: Path) -> None:
     known.import_method = "APPEND"          # what is linked or packed cannot be adjusted, nor rendered with OSL
 
 
-def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
+def build(out: Path, only_ready: bool = False) -> Generator[tuple[float, str], None, None]:
     """Write the library into a folder, in this Blender, which must have no other file open: yields (fraction, doing).
 
     With `only_ready` it holds those materials alone whose fits have been made beforehand.
@@ -102,11 +101,7 @@ def _run_command(options: Any) -> int:
     out.mkdir(parents=True, exist_ok=True)
     report = get_report(options)
     with quiet():
-        for fraction, doing in build(out, options.only_ready):
-            if report:
-                report.progress(fraction, doing)
-            else:
-                cli.show_progress(round(100 * fraction), 100, doing)
+        run_steps(build(out, options.only_ready), report, 100)
     if report:
         report.result({"path": str(out), "rows": []})
     return 0

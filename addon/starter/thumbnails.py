@@ -34,21 +34,12 @@ _known: 'Recent[tuple[Path, tuple[int, int]], list["FolderEntry"]]' = Recent(1 <
 
 
 class FolderEntry(NamedTuple):
-    """A measurement in a folder, or a file that cannot be read.
-
-    Attributes
-    ----------
-    path, sample : str
-    stamp : (int, int)
-        Its `formats.time_and_size`.
-    error : str
-        Why it cannot be read; empty if it can.
-    """
+    """A measurement in a folder, or a file that cannot be read."""
 
     path: str
     sample: str
-    stamp: tuple[int, int]
-    error: str = ""
+    stamp: tuple[int, int]      # its `formats.time_and_size`
+    error: str = ""             # why it cannot be read
 
     @property
     def label(self) -> str:

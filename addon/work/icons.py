@@ -61,14 +61,12 @@ _icons = Icons(48)
 register, unregister = _icons.register, _icons.unregister
 
 
-def icon(key: Key, function: Callable[[], Any], lane: str = "fit",
-         latest: bool = False) -> tuple[int, Job[Any]]:
+def icon(key: Key, function: Callable[[], Any], latest: bool = False) -> tuple[int, Job[Any]]:
     """The icon of a picture, which is drawn in the background when first asked for, and its job.
 
     Until there is one, the icon is that of an earlier picture of this kind and subject, the first two parts of the key,
-    or 0. The function returns (size, size, 4) float32, or a tuple that begins with it; it and the lane are as
-    `queue.ask` takes them. With `latest`, earlier pictures of this kind and subject that wait to be drawn are not
-    wanted any more.
+    or 0. The function returns (size, size, 4) float32, or a tuple that begins with it. With `latest`, earlier pictures
+    of this kind and subject that wait to be drawn are not wanted any more.
     """
     def make(done: Job[Any]) -> None:
         picture: Any = done.result
@@ -76,7 +74,7 @@ def icon(key: Key, function: Callable[[], Any], lane: str = "fit",
 
     if latest:
         queue.forget(lambda other: isinstance(other, tuple) and other[:2] == key[:2] and other != key)
-    job = queue.ask(key, function, lane, then=make)
+    job = queue.ask(key, function, then=make)
     return _icons.known(key) or _icons.earlier(key), job
 
 

@@ -199,6 +199,13 @@ def errors_reported(operator: bpy.types.Operator) -> Iterator[None]:
         operator.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
 
 
+def begin_another(operator: bpy.types.Operator, name: str, **options: Any) -> OperatorResult:
+    """Begin another operator of the extension, in the place of one that ends: what that returns."""
+    with errors_reported(operator):
+        getattr(bpy.ops.measured_brdf, name)("INVOKE_DEFAULT", **options)
+    return {"CANCELLED"}
+
+
 class AsksForPath(InBackground):
     """A mix-in for operators that ask for files or a folder, unless they are given them."""
 
@@ -218,10 +225,7 @@ class AsksForPath(InBackground):
         # called by the file browser or a dialog, it starts anew as a modal operator: the window stays responsive
         if not self.options.is_invoke or self.options.is_repeat or bpy.app.background:
             return self.run(context)
-        again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
-        with errors_reported(self):
-            again("INVOKE_DEFAULT", **self.given())
-        return {"CANCELLED"}
+        return begin_another(self, type(self).__name__.partition("_OT_")[2], **self.given())
 
     def given(self) -> dict[str, Any]:
         """What the operator was given, for another that goes on with it."""

@@ -108,17 +108,6 @@ def forget(is_unwanted: Callable[[Hashable], bool]) -> None:
             lane.drop(question)
 
 
-def answer_all() -> None:
-    """Answer every question now, in this process: for scripts, in which no timer runs."""
-    for lane in _lanes.values():
-        while lane.queue:
-            question = lane.queue.pop(0)
-            job = question.job
-            if job.function is not None:
-                job.result, job.finished = job.function(), time.monotonic()
-            _keep(question)
-
-
 def redraw() -> None:
     """Redraw the editors that show measured materials."""
     for window in bpy.context.window_manager.windows:

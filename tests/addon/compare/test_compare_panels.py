@@ -12,6 +12,7 @@ from measured_brdf.addon.work import queries, queue, tasks
 import fitter
 from fitter import PRESETS
 from support.drawn import draw
+from tests.addon.answers import answer_all
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 ORDER = ["Standard", "Reference", "Original 2002 Method"]
@@ -47,7 +48,7 @@ def drawn(panel, material, rounds=3):
     """A panel, when its questions, and those that follow from the answers, have been answered."""
     for _ in range(rounds):
         draw(panel, material=material)
-        queue.answer_all()
+        answer_all()
     return draw(panel, material=material)
 
 
@@ -72,7 +73,7 @@ def test_each_preset_has_its_own_numbers_whatever_the_settings_are(material, fit
 def test_a_sphere_is_a_button_and_the_method_of_2002_none_before_its_error_is_known(material, monkeypatch):
     monkeypatch.setattr(presets.queries, "lit_sphere", lambda _about, _shown: (5, SimpleNamespace(error=None)))
     draw(presets.MEASUREDBRDF_PT_compare, material=material)
-    queue.answer_all()                   # the file is read
+    answer_all()                   # the file is read
     shown = draw(presets.MEASUREDBRDF_PT_compare, material=material)
     assert not shown.button("Original 2002 Method").enabled
     assert shown.button("Standard").enabled
@@ -112,9 +113,9 @@ def test_the_fit_that_the_material_has_is_marked_and_not_made_again(material, fi
 def test_questions_are_asked_cheapest_first(material, monkeypatch):
     quick_held_out(monkeypatch)
     draw(presets.MEASUREDBRDF_PT_compare, material=material)
-    queue.answer_all()                       # the measurements
+    answer_all()                       # the measurements
     draw(presets.MEASUREDBRDF_PT_compare, material=material)
-    queue.answer_all()                       # the fit in the shader
+    answer_all()                       # the fit in the shader
     asked, cost = [], queries.cost
     monkeypatch.setattr(queries, "cost", lambda data, arguments: (asked.append(arguments), cost(data, arguments))[1])
     draw(presets.MEASUREDBRDF_PT_compare, material=material)

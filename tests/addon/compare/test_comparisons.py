@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from measured_brdf.addon.compare import curves
 from measured_brdf.addon.core.storage.outcomes import EmbeddedFit
-from measured_brdf.addon.work import queue, tasks
+from measured_brdf.addon.work import tasks
 
 import fitter
 from fitter.imaging import pictures, plane_plot
 from fitter.imaging.plane_plot import Plotted
+from tests.addon.answers import answer_all
 
 
 @pytest.fixture(scope="module")
@@ -26,13 +27,12 @@ def test_a_split_sphere_has_both_fits_each_on_its_side(extension, kept, fits, mo
     drawn = []
     monkeypatch.setattr(curves.icons, "at_once", lambda key, draw: drawn.append((key, draw())) or 1)
     assert curves._split_sphere(*kept, 0.25)[0] == 0
-    queue.answer_all()
+    answer_all()
     assert curves._split_sphere(*kept, 0.25)[0] == curves._split_sphere(*kept, 0.5)[0] == 1
     (first, picture), (second, _) = drawn
     assert first != second
     for part, fit in ((slice(0, 64), fits[0]), (slice(66, 256), fits[1])):
         np.testing.assert_allclose(picture[:, part], pictures.lit_sphere(fit)[:, part], atol=1e-4)
-    queue.unregister()
 
 
 def test_the_polar_plot_is_that_of_the_fits(kept, fits):

@@ -59,16 +59,11 @@ def test_nothing_from_the_file_or_of_this_machine_gets_into_the_shader(blender, 
         assert word not in bytecode
 
 
-def test_import_without_an_active_object_only_makes_the_material(blender, file):
-    black_scene(8, 8, samples=1, span=1)
-    blender.context.view_layer.objects.active = None
+@pytest.mark.parametrize("lamp", [True, False])
+def test_import_with_nothing_active_that_has_a_surface_only_makes_the_material(blender, cube, file, lamp):
+    blender.context.view_layer.objects.active = add_lamp("POINT", 1) if lamp else None
     assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
     assert len(blender.data.materials) == 1
-
-
-def test_import_with_something_active_that_has_no_surface_only_makes_the_material(blender, cube, file):
-    blender.context.view_layer.objects.active = add_lamp("POINT", 1)
-    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
     assert cube.active_material is None
 
 
@@ -264,33 +259,6 @@ def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file
     blender.data.objects.remove(lamp)
     blender.context.view_layer.update()
     assert len(known_lamps()) == 2
-
-
-def test_lamps_are_followed_through_an_animation(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    lamp = add_lamp("POINT", 10)
-    for frame, x in ((1, 0), (11, 10)):
-        lamp.location.x = x
-        lamp.keyframe_insert("location", frame=frame)
-    for frame in (1, 4, 11):
-        blender.context.scene.frame_set(frame)
-        assert known_lamps()[0][0] == pytest.approx(tuple(lamp.matrix_world.translation), abs=1e-6)
-    assert known_lamps()[0][0][0] == pytest.approx(10)
-
-
-def test_instances_of_lamps_are_lamps(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    scene = blender.context.scene
-    group = blender.data.collections.new("Lamps")
-    lamp = add_lamp("POINT", 10, (1, 0, 0), shadow_soft_size=0)
-    group.objects.link(lamp)
-    scene.collection.objects.unlink(lamp)
-    for x in (5, 7):
-        empty = blender.data.objects.new("Instance", None)
-        empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", group, x
-        scene.collection.objects.link(empty)
-    blender.context.view_layer.update()
-    assert sorted(position for position, _ in known_lamps()) == [(6, 0, 0), (8, 0, 0)]
 
 
 def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, tmp_path):

@@ -5,6 +5,7 @@ from unittest.mock import MagicMock
 
 import pytest
 from measured_brdf.addon.importing import import_data
+from measured_brdf.addon.work import modal
 
 from support.operators import methods
 
@@ -18,9 +19,10 @@ def asking(blender, extension, monkeypatch):
 
         asked = []
         operators = {each: note(each, {"FINISHED"}) for each in ("import_data", "name_columns", "choose_sample")}
-        monkeypatch.setattr(module, "bpy", SimpleNamespace(
-            ops=SimpleNamespace(measured_brdf=SimpleNamespace(**operators)), path=blender.path, types=blender.types,
-            app=SimpleNamespace(background=False)))
+        fake = SimpleNamespace(ops=SimpleNamespace(measured_brdf=SimpleNamespace(**operators)), path=blender.path,
+                               types=blender.types, app=SimpleNamespace(background=False))
+        for each in (module, modal):
+            monkeypatch.setattr(each, "bpy", fake)
         own = methods(getattr(module, name)) | {
             "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
             "start": note("start", {"RUNNING_MODAL"})}

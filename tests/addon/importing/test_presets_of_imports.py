@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 from measured_brdf.addon.core import preferences
-from measured_brdf.addon.importing import import_data
-from measured_brdf.addon.work import tasks
+from measured_brdf.addon.work import making, modal, tasks
 
 import fitter
 from fitter import PRESETS
@@ -104,7 +103,7 @@ def test_a_dialog_begins_with_the_preference_and_not_with_the_last_use(blender, 
         def __setattr__(self, name, value):
             setattr(last, name, value)
 
-    import_data.begin_with_preference(Operator(), blender.context)
+    making.begin_with_preference(Operator(), blender.context)
     assert (last.preset, last.use_tolerance, last.sample, last.angles) == ("Draft", False, "", "auto")
     assert [getattr(last, level) for level in LEVELS] == pytest.approx([PRESETS["Draft"][level] for level in LEVELS])
 
@@ -114,9 +113,11 @@ def test_a_fit_that_asks_for_its_lost_file_goes_on_with_its_preset(blender, exte
     blender.ops.measured_brdf.import_data(filepath=file, preset="Paper")
     cube.active_material.measured_brdf.filepath = "/lost.astm"
     asks = SimpleNamespace(find_file=lambda how, **options: given.append(options))
+    fake = SimpleNamespace(path=blender.path, app=SimpleNamespace(background=False),
+                           ops=SimpleNamespace(measured_brdf=asks))
     with monkeypatch.context() as patched:
-        patched.setattr(module, "bpy", SimpleNamespace(path=blender.path, app=SimpleNamespace(background=False),
-                                                       ops=SimpleNamespace(measured_brdf=asks)))
+        for each in (module, modal):
+            patched.setattr(each, "bpy", fake)
         operator = SimpleNamespace(filepath="", preset="Draft")
         assert module.MEASUREDBRDF_OT_fit.invoke(operator, blender.context, None) == {"CANCELLED"}
     blender.ops.measured_brdf.find_file(filepath=file, **given[0])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from measured_brdf.addon.core.shading import comparison
 from measured_brdf.addon.inspect import inspection, operators, overlay, plot, session, surface, view
-from measured_brdf.addon.work import queries, queue, tasks
+from measured_brdf.addon.work import queries, tasks
 from measured_brdf.fitter.imaging import plane_plot as drawing_plane
 
 import fitter
@@ -20,6 +20,7 @@ from support.anisotropic import brushed_fit
 from support.cases import release
 from support.checkout import ROOT
 from support.stage import black_scene, material_for
+from tests.addon.answers import answer_all
 
 FIT = brushed_fit()
 WIDTH, HEIGHT = 1200, 800
@@ -136,10 +137,6 @@ def values(inspected, theta):
 
 # -- in Blender, without a window ------------------------------------------------------------------------------------
 
-class Region(SimpleNamespace):
-    """A region as `operators` uses it."""
-
-
 @pytest.fixture
 def stage(blender, monkeypatch):
     """A sphere of an anisotropic material before a made-up window; a function begins the operator."""
@@ -150,7 +147,7 @@ def stage(blender, monkeypatch):
     item.data.materials.append(material_for(FIT))
     bpy.context.view_layer.update()
     matrix = np.diag([2 / 4, 2 / 4 * WIDTH / HEIGHT, -0.01, 1.0])
-    region = Region(type="WINDOW", x=10, y=20, width=WIDTH, height=HEIGHT,
+    region = SimpleNamespace(type="WINDOW", x=10, y=20, width=WIDTH, height=HEIGHT,
                     data=SimpleNamespace(perspective_matrix=matrix))
     area = SimpleNamespace(type="VIEW_3D", regions=[region], width=WIDTH, height=HEIGHT, as_pointer=lambda: 4711,
                            tag_redraw=lambda: None)
@@ -192,29 +189,28 @@ def stage(blender, monkeypatch):
         event = SimpleNamespace(mouse_x=at[0] + region.x, mouse_y=at[1] + region.y)
         return made.operator.invoke(context, event)
 
-    made.send, made.begin = send, begin
+    def show():
+        """Begin, and take the fit once it is there: the inspection."""
+        begin()
+        answer_all()
+        send("TIMER")
+        return session.running.inspection
+
+    made.send, made.begin, made.show = send, begin, show
     yield made
     session.stop()
-
-
-def answer():
-    queue.answer_all()
-
-
-def inspection_of():
-    return session.running.inspection
 
 
 def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material(stage):
     assert stage.begin(at=(WIDTH / 2 + 150, HEIGHT / 2)) == {"RUNNING_MODAL"}
     assert len(stage.handlers) == 2
     assert len(stage.timers) == 1
-    running = inspection_of()
+    running = session.running.inspection
     frame = running.spot.frame(np.eye(4))
     np.testing.assert_allclose(frame[:2, 3], (0.5, 0), atol=0.01)
     np.testing.assert_allclose(frame[:3, 2], (0.5, 0, math.sqrt(0.75)), atol=0.02)
     assert running.lobe is None
-    answer()
+    answer_all()
     assert stage.send("TIMER") == {"PASS_THROUGH"}
     np.testing.assert_allclose(values(running, 0.4), FIT.evaluate(running.theta_i, running.phi_i, 0.4, math.pi),
                                rtol=1e-5)
@@ -225,21 +221,16 @@ def test_the_dots_of_a_published_fit_are_not_called_measured(stage, monkeypatch,
     answered = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
     monkeypatch.setattr(session.queries, "samples_near_plane", lambda *_: answered)
     stage.item.active_material.measured_brdf.filepath = file
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    said = []
+    running, said = stage.show(), []
     monkeypatch.setattr(overlay.drawing, "text", lambda text, *_, **room: said.append(text) or 0)
-    overlay._draw_titles(inspection_of(), plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), inspection_of().plane)
+    overlay._draw_titles(running, plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), running.plane)
     assert f"dots: {source} at 40.1\u00b0" in said[-1]
 
 
 def test_dots_of_the_same_values_at_other_angles_are_drawn_anew(stage, monkeypatch):
     dots = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
     monkeypatch.setattr(session.queries, "samples_near_plane", lambda *_: dots)
-    stage.begin()
-    answer()
-    stage.send("TIMER")
+    stage.show()
     drawn = []
     monkeypatch.setattr(session.Session, "redraw", lambda _: drawn.append(True))
     session.running.refresh()
@@ -253,10 +244,7 @@ def test_what_nobody_measured_is_dashed_and_said(stage, monkeypatch):
     """Measured up to 60 degrees of one direction and 75 of the other; the light is at 40 or at 70."""
     settings = stage.item.active_material.measured_brdf
     settings.least, settings.farthest = 60, 75
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    running, disc = inspection_of(), plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
+    running, disc = stage.show(), plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
     angles = np.radians([-80, -70, 0, 59, 70, 80])
     running.theta_i = math.radians(40)
     assert running.is_extrapolated(angles).tolist() == [True, False, False, False, False, True]
@@ -294,10 +282,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, monkeypatch, r
     monkeypatch.setattr(session.queries, "samples_near_plane", lambda *_: SimpleNamespace(finished=1.0, result=dots))
     monkeypatch.setattr(drawing_plane, "samples_near_plane", lambda *_: dots)
     monkeypatch.setattr(tasks, "load_samples", lambda _data: "samples")
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    running, drawn, said = inspection_of(), [], []
+    running, drawn, said = stage.show(), [], []
     monkeypatch.setattr(drawing_plane, "draw", lambda _pen, _disc, plane: drawn.append(plane))
     for name in ("fan", "line", "discs"):
         monkeypatch.setattr(overlay.drawing, name, lambda *_: 0.0)
@@ -329,10 +314,7 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, monkeypatch, r
 
 
 def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage):
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    running = inspection_of()
+    running = stage.show()
     reach = inspection.HANDLE * running.size * WIDTH / 4
     place = (WIDTH / 2, HEIGHT / 2 + 0.5 * reach)
     running.with_plot = False
@@ -354,19 +336,23 @@ def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage
 
 def test_a_click_with_ctrl_takes_another_spot(stage):
     stage.begin()
-    before = inspection_of().spot
+    before = session.running.inspection.spot
     assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2, HEIGHT / 2 + 200), ctrl=True) == {"RUNNING_MODAL"}
-    after = inspection_of().spot
+    after = session.running.inspection.spot
     np.testing.assert_allclose(after.location[:2] - before.location[:2], (0, 200 / 300), atol=0.02)
     assert stage.send("LEFTMOUSE", "PRESS", (5, 5), ctrl=True) == {"PASS_THROUGH"}
-    assert inspection_of().spot is after
+    assert session.running.inspection.spot is after
 
 
 def test_a_sidebar_over_the_view_keeps_its_clicks(stage):
-    stage.area.regions.append(Region(type="UI", x=WIDTH / 2, y=20, width=WIDTH, height=HEIGHT))
+    stage.area.regions.append(SimpleNamespace(type="UI", x=WIDTH / 2, y=20, width=WIDTH, height=HEIGHT))
     stage.begin()
     assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2 + 20, HEIGHT / 2)) == {"PASS_THROUGH"}
     assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2 - 20, HEIGHT / 2)) == {"RUNNING_MODAL"}
+
+
+def broken(*_):
+    raise ZeroDivisionError("no length")
 
 
 def gone(stage):
@@ -381,33 +367,17 @@ def test_esc_and_the_right_mouse_end_it_and_nothing_is_left(stage, event):
     assert stage.send() == {"CANCELLED"}
 
 
-def area_closes(stage):
-    stage.window.screen.areas.clear()
+CHANGES = {"the area closes": lambda stage: stage.window.screen.areas.clear(),
+           "the area becomes another editor": lambda stage: setattr(stage.area, "type", "IMAGE_EDITOR"),
+           "the object is deleted": lambda stage: bpy.data.objects.remove(stage.item),
+           "the material is deleted": lambda stage: bpy.data.materials.remove(stage.item.active_material),
+           "it is measured no more": lambda stage: stage.item.active_material.node_tree.nodes.clear()}
 
 
-def area_becomes_another_editor(stage):
-    stage.area.type = "IMAGE_EDITOR"
-
-
-def object_is_deleted(stage):
-    bpy.data.objects.remove(stage.item)
-
-
-def material_is_deleted(stage):
-    bpy.data.materials.remove(stage.item.active_material)
-
-
-def material_is_not_measured_any_more(stage):
-    stage.item.active_material.node_tree.nodes.clear()
-
-
-@pytest.mark.parametrize("change", [area_closes, area_becomes_another_editor, object_is_deleted, material_is_deleted,
-                                    material_is_not_measured_any_more])
+@pytest.mark.parametrize("change", CHANGES)
 def test_it_ends_where_what_it_shows_is_gone(stage, change):
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    change(stage)
+    stage.show()
+    CHANGES[change](stage)
     assert stage.send("TIMER") == {"CANCELLED"}
     assert gone(stage)
 
@@ -439,10 +409,6 @@ def test_calling_it_again_ends_it(stage):
 
 def test_an_error_in_an_event_takes_everything_away(stage, monkeypatch):
     stage.begin()
-
-    def broken(*_):
-        raise ZeroDivisionError
-
     monkeypatch.setattr(inspection.Inspection, "key", broken)
     with pytest.raises(ZeroDivisionError):
         stage.send("R", "PRESS")
@@ -450,9 +416,6 @@ def test_an_error_in_an_event_takes_everything_away(stage, monkeypatch):
 
 
 def test_an_error_at_the_beginning_leaves_nothing(stage, monkeypatch):
-    def broken(*_):
-        raise ZeroDivisionError
-
     monkeypatch.setattr(session.queries, "fit_job", broken)
     with pytest.raises(ZeroDivisionError):
         stage.begin()
@@ -461,10 +424,6 @@ def test_an_error_at_the_beginning_leaves_nothing(stage, monkeypatch):
 
 def test_an_error_in_drawing_is_told_once_and_ends_it(stage, monkeypatch, capfd):
     stage.begin()
-
-    def broken(*_):
-        raise ZeroDivisionError("no length")
-
     monkeypatch.setattr(session.overlay, "draw_labels", broken)
     for _ in range(3):
         stage.handlers[1][0]()
@@ -498,18 +457,15 @@ def test_no_3d_view_is_reported(stage):
 @release
 def test_an_undone_material_is_followed(stage):
     """The shader changes under the inspection, as undo, an edit or a refit changes it."""
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    before = inspection_of().shown
+    before = stage.show().shown
     other = material_for(brushed_fit(0.3, 0.5))
     group, its = (next(node for node in each.node_tree.nodes if node.type == "GROUP")
                   for each in (stage.item.active_material, other))
     group.node_tree = its.node_tree
     stage.send("TIMER")
-    answer()
+    answer_all()
     stage.send("TIMER")
-    assert inspection_of().shown.fit is not before.fit
+    assert session.running.inspection.shown.fit is not before.fit
 
 
 def test_without_a_window_it_says_so_and_does_nothing(blender):

@@ -308,39 +308,6 @@ def convert(folder, out, *more):
     return command.run(*command_for(folder, out)[2:], *more)
 
 
-@release
-def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_path, glossy, write_astm):
-    """In processes of its own, as users run it."""
-    def convert(*arguments):
-        return subprocess.run([*command_for(*arguments[:2]), *arguments[2:]], capture_output=True, text=True,
-                              check=False, timeout=300)
-
-    out = tmp_path / "out" / "library.blend"
-    done = convert(ten, out)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "9 done, 1 failed" in done.stdout
-    assert "9.astm: in no known format" in done.stdout
-    blender.ops.wm.open_mainfile(filepath=str(out))
-    assert sorted(item.name for item in blender.data.materials) == [f"paint {number}" for number in range(9)]
-    for number, item in enumerate(sorted(blender.data.materials, key=lambda item: item.name)):
-        assert_is_asset(item, str(number))
-        assert renders(item)
-
-    written = out.stat().st_mtime_ns
-    (ten / "9.astm").unlink()
-    again = convert(ten, out)
-    assert again.returncode == 0, again.stdout + again.stderr
-    assert again.stdout.count("up to date") == 9
-    assert out.stat().st_mtime_ns == written
-
-    write_astm(ten / "4.astm", glossy, "other")
-    (ten / "7.astm").unlink()
-    assert convert(ten, out, "--prune").stdout.count("up to date") == 7
-    blender.ops.wm.open_mainfile(filepath=str(out))
-    assert sorted(item.name for item in blender.data.materials) == [
-        "other", *(f"paint {number}" for number in (0, 1, 2, 3, 5, 6, 8))]
-
-
 def test_shards_share_the_work(extension, three, tmp_path):
     (three / "9.astm").unlink()
     killed = tmp_path / "library-1of2.fits" / "key.npz.0123abcd.part"

@@ -27,9 +27,10 @@ def window(blender, extension, monkeypatch, tmp_path):
     manager = SimpleNamespace(invoke_props_dialog=note("dialog", {"RUNNING_MODAL"}),
                               invoke_confirm=note("confirm", {"INTERFACE"}))
     context = SimpleNamespace(window_manager=manager)
-    monkeypatch.setattr(module, "bpy", SimpleNamespace(
-        ops=SimpleNamespace(measured_brdf=SimpleNamespace(save_asset=note("save_asset", {"FINISHED"}))),
-        path=bpy.path, app=SimpleNamespace(background=False), context=context))
+    fake = SimpleNamespace(ops=SimpleNamespace(measured_brdf=SimpleNamespace(save_asset=note("save_asset", None))),
+                           path=bpy.path, app=SimpleNamespace(background=False), context=context)
+    for each in (module, extension.addon.work.modal):
+        monkeypatch.setattr(each, "bpy", fake)
     own = methods(module.MEASUREDBRDF_OT_save_asset) | {"_path": lambda self, _: self.path}
     own |= {name: note(name, {"FINISHED"}) for name in ("start", "run", "_mark_here")}
     made = type("Invoked", (module.ReplacesFile, extension.addon.work.modal.InBackground), own)()

@@ -10,13 +10,14 @@ from measured_brdf.addon.compare import curves, operators, panel
 from measured_brdf.addon.core.shading import comparison
 from measured_brdf.addon.core.shading import material as materials
 from measured_brdf.addon.inspect import session, surface
-from measured_brdf.addon.work import queries, queue
+from measured_brdf.addon.work import queries
 from scipy import ndimage
 
 import fitter
 from support.anisotropic import brushed_fit
 from support.drawn import draw
 from support.stage import material_for
+from tests.addon.answers import answer_all
 
 DARK, BRIGHT = np.array([0.1, 0.2, 0.3]) / np.pi, np.array([0.8, 0.6, 0.4]) / np.pi
 SHARE = 0.2
@@ -67,7 +68,7 @@ def inspected(spot):
     """The inspection of a spot, when workers have answered."""
     made = session.Session(session.Inspection(spot, 1.0, 0.4, 0.0), SimpleNamespace(as_pointer=lambda: 0))
     made.refresh()
-    queue.answer_all()
+    answer_all()
     made.refresh()
     return made.inspection
 
@@ -76,13 +77,13 @@ def shown(panel, material):
     """A panel when all that it asks for has been answered."""
     for _ in range(3):
         draw(panel, material=material)
-        queue.answer_all()
+        answer_all()
     return draw(panel, material=material)
 
 
 def test_the_reflectance_of_a_mix_is_the_sum_of_its_parts(mix):
     job = queries.fit_job(mix)
-    queue.answer_all()
+    answer_all()
     np.testing.assert_allclose(job.result.evaluate(0.3, 0, 0.9, 2), BOTH, rtol=NEAR)
     assert queries.fit_job(bpy.data.materials.new("plain")) is None
     assert {part.name for part in materials.measured_parts(mix)} == {"dark", "bright"}

@@ -2,7 +2,6 @@
 
 import re
 from types import SimpleNamespace
-from types import SimpleNamespace as Answer
 
 import blf
 import bpy
@@ -25,6 +24,7 @@ from fitter.quality import coverage
 from support.cases import quick
 from support.drawn import Layout, draw
 from support.stage import EEVEE
+from tests.addon.answers import answer_all
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 ORDER = ["Draft", "Standard", "Reference", "Paper"]
@@ -40,7 +40,7 @@ def material(blender, file):
 def drawn(panel, material):
     """A panel, when its questions have been answered."""
     draw(panel, material=material)
-    queue.answer_all()
+    answer_all()
     return draw(panel, material=material)
 
 
@@ -319,7 +319,7 @@ def test_a_wrong_sample_leads_to_the_list_of_samples(blender, data):
 
 
 def test_progress_reads_as_progress_and_the_result_as_a_number(material, monkeypatch):
-    queue.answer_all()
+    answer_all()
     drawn(measurements.MEASUREDBRDF_PT_data, material)            # reads the measurements
     job = SimpleNamespace(finished=None, error=None, result=None, fraction=0.4)
     monkeypatch.setattr(queries, "held_out", lambda *_: job)
@@ -513,11 +513,10 @@ def test_results_of_a_damaged_file_are_drawn_or_left_out(material, odd):
     for each in (main.MEASUREDBRDF_PT_material, measurements.MEASUREDBRDF_PT_data, details.MEASUREDBRDF_PT_details,
                  details.MEASUREDBRDF_PT_settings):
         assert draw(each, material=material).texts
-    queue.unregister()
 
 
 def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settings(extension, material, monkeypatch):
-    asked, done = [], Answer(error=None, finished=1.0, result=(None, float("nan")))
+    asked, done = [], SimpleNamespace(error=None, finished=1.0, result=(None, float("nan")))
     queries = extension.addon.work.queries
     for name in ("material_sphere", "lit_sphere", "polar_plot"):
         monkeypatch.setattr(queries, name, lambda *arguments, name=name: (asked.append((name, *(
@@ -543,6 +542,6 @@ def test_a_picture_that_is_drawn_anew_moves_nothing_below_it(extension):
     for icon, finished in ((7, 1.0), (7, None), (0, None)):
         layout = Layout()
         extension.addon.panel.layout.draw_picture(
-            layout, icon, Answer(error=None, finished=finished, fraction=0.1, doing="Starting"), 3)
+            layout, icon, SimpleNamespace(error=None, finished=finished, fraction=0.1, doing="Starting"), 3)
         rows.append([entry[0] for entry in layout.drawn])
     assert rows == [["picture"], ["picture"], ["text"]]

@@ -23,6 +23,7 @@ from measured_brdf.fitter.model import published
 from support.blend_state import state
 from support.checkout import ROOT
 from support.drawn import Layout, draw
+from tests.addon.answers import answer_all
 
 pytestmark = pytest.mark.usefixtures("quick")
 
@@ -190,11 +191,11 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     write_astm(folder / "a.astm", glossy, "a")
     job = shelf.watch_folder(str(folder))
     assert job.finished is None
-    queue.answer_all()
+    answer_all()
     measurement, = shelf.watch_folder(str(folder)).result
     assert measurement.label == "a.astm"
     assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
-    queue.answer_all()
+    answer_all()
     assert [key[:2] for key in shelf._icons._ids] == [("watched", str(folder / "a.astm"))]
     assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 1
 
@@ -227,7 +228,7 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
     assert sorted(asked()) == sorted(wanted)
     told, publish = [], bpy.msgbus.publish_rna
     monkeypatch.setattr(bpy.msgbus, "publish_rna", lambda key: (told.append(key.id_data), publish(key=key)))
-    queue.answer_all()
+    answer_all()
     assert not shelf.coming()
     assert np.abs(picture("gold-polished") - disc).max() > 0.5          # the same icon shows another picture
     assert told == [bpy.context.window_manager] * len(wanted)
@@ -249,7 +250,7 @@ def test_the_list_of_samples_has_an_icon_of_each_that_is_drawn_while_it_is_open(
     lane = queue._lanes["slow"]
     assert [question.key for question in lane.pending()] == [key]
     lane.drop_unwanted(time.monotonic() + 50)           # the list does not ask again
-    queue.answer_all()
+    answer_all()
     small = np.array(preview.icon_pixels_float[:]).reshape(32, 32, 4)
     expected = pictures.lit_sphere(fit(load(path, "velvet"), **presets.PRESETS["Draft"]), 128)[2::4, 2::4]
     assert np.abs(small - expected).max() < 0.01

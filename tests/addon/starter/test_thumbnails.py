@@ -187,9 +187,6 @@ def test_a_picture_of_a_measurement_is_drawn_once(thumbnails, folder, tmp_path, 
     original = thumbnails.lit_sphere
     monkeypatch.setattr(thumbnails, "lit_sphere", None)
     np.testing.assert_array_equal(thumbnails.measurement_picture(found, str(cache), how), drawn)
-    changed = found._replace(stamp=(1, 2))
-    with pytest.raises(TypeError):
-        thumbnails.measurement_picture(changed, str(cache), how)
     stored, = cache.glob("*.npy")
     stored.write_bytes(stored.read_bytes()[:100])        # damaged: drawn anew
     monkeypatch.setattr(thumbnails, "lit_sphere", original)

@@ -51,7 +51,7 @@ def test_the_turned_plane_shows_which_way_the_grooves_run(data, monkeypatch):
 
 def test_panels_ask_for_each_azimuth_and_incidence_once(data, monkeypatch):
     keys = []
-    monkeypatch.setattr(icons, "icon", lambda key, function, lane="fit": keys.append((key, function.args)))
+    monkeypatch.setattr(icons, "icon", lambda key, function: keys.append((key, function.args)))
     wanted = FitRequest(data, CHEAP)
     queries.polar_plot("mine", ((wanted, ()),), data, 0.5, 1.23456)
     queries.polar_plot("mine", ((wanted, ()),), data, 0.5, 1.2346)

@@ -18,6 +18,7 @@ from measured_brdf.fitter import DatasetError, load
 import fitter
 from fitter.quality import cross_validation
 from support import merl_files
+from tests.addon.answers import answer_all
 
 MOST_TICKS = 50             # of a window's timer, until what takes three steps has ended
 
@@ -147,11 +148,11 @@ def test_answers_are_kept_and_stale_ones_asked_for_again():
         return len(asked)
 
     queue.ask("question", function)
-    queue.answer_all()
+    answer_all()
     assert queue.ask("question", function).result == 1
-    queue.answer_all()
+    answer_all()
     assert queue.ask("question", function, max_age=0).result == 1      # until the new one is there
-    queue.answer_all()
+    answer_all()
     assert queue.ask("question", function).result == 2
 
 
@@ -166,7 +167,7 @@ def test_questions_that_no_panel_asks_again_are_dropped():
     lane.queue[2][1].asked -= 10
     lane.drop_unwanted(kept.asked)
     assert [key for key, *_ in lane.queue] == [1]
-    queue.answer_all()
+    answer_all()
     assert kept.result == 1
     assert 0 not in queue._answers
 
@@ -200,6 +201,9 @@ def operator(extension):
     class Operator(modal.InBackground):
         def __init__(self):
             self.made, self.closed, self.reports, self._timer = [], False, [], None
+
+        def work(self, _context):
+            return Finished()
 
         def prepare(self, _result):
             try:
@@ -291,12 +295,15 @@ def window(monkeypatch):
     return SimpleNamespace(workspace=None, window=None, window_manager=manager, timers=timers)
 
 
+def full(*_):
+    raise OSError("disk full")
+
+
 @pytest.fixture
 def line(operator, window):
     """Three operators that were started at once."""
     made = [operator, type(operator)(), type(operator)()]
     for each in made:
-        each.work = lambda context: Finished()
         assert each.start(window) == {"RUNNING_MODAL"}
     return made
 
@@ -332,7 +339,7 @@ def test_escape_is_for_the_one_that_works_and_the_next_follows(line, window):
 
 
 def test_one_that_cannot_begin_when_its_turn_comes_lets_the_next_begin(line, window):
-    line[1]._work.start = lambda: (_ for _ in ()).throw(OSError("disk full"))
+    line[1]._work.start = full
     assert to_the_end(line, window) == [(0, "FINISHED"), (1, "CANCELLED"), (2, "FINISHED")]
     assert "disk full" in line[1].reports[-1][1]
 
@@ -345,9 +352,7 @@ def test_what_waits_ends_with_the_file_that_it_was_for(extension, line, window):
 
 
 def test_an_operator_that_begins_before_a_cancelled_one_has_ended_goes_on(extension, operator, window):
-    operator.work = lambda context: Finished()
     second = type(operator)()
-    second.work = operator.work
     assert operator.start(window) == {"RUNNING_MODAL"}
     assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
     assert second.start(window) == {"RUNNING_MODAL"}
@@ -362,7 +367,6 @@ def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_st
     def fails(_context, _prepared):
         raise error
 
-    operator.work = lambda context: Finished()
     operator.start(window)
     operator.apply = fails
     with contextlib.suppress(KeyboardInterrupt):
@@ -377,17 +381,13 @@ def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_st
 
 
 def test_work_that_cannot_begin_is_reported(operator, window):
-    def fails(_context):
-        raise OSError("disk full")
-
-    operator.work = fails
+    operator.work = full
     assert operator.start(window) == {"CANCELLED"}
     assert "disk full" in operator.reports[-1][1]
     assert window.timers == []
 
 
 def test_between_two_ticks_of_the_timer_nothing_is_done(operator, window):
-    operator.work = lambda context: Finished()
     operator.start(window)
     for _ in range(10):
         assert operator.modal(window, event("MOUSEMOVE")) == {"PASS_THROUGH"}
@@ -426,10 +426,7 @@ def test_what_the_file_browser_answers_is_begun_anew_so_that_the_window_stays_re
 
 
 def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
-    def fails(_context):
-        raise OSError("disk full")
-
-    operator.work = fails
+    operator.work = full
     assert operator.run(window) == {"CANCELLED"}
     assert operator.reports == [({"ERROR"}, "disk full")]
 

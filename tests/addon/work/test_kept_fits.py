@@ -9,6 +9,7 @@ from measured_brdf.addon.work import icons, queries, queue, tasks
 import fitter
 from fitter.imaging import pictures, plane_plot
 from fitter.imaging.plane_plot import Plotted
+from tests.addon.answers import answer_all
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 
@@ -49,7 +50,7 @@ def no_fits(monkeypatch):
 
 def answered(question, *arguments):
     question(*arguments)
-    queue.answer_all()
+    answer_all()
     return question(*arguments)
 
 
@@ -106,7 +107,7 @@ def test_a_refit_is_another_fit_and_shows_the_old_one_until_it_is_drawn(blender,
     assert drawn == icon
     assert shown[icon] is before.result
     assert after is not before
-    queue.answer_all()
+    answer_all()
     np.testing.assert_allclose(after.result, pictures.lit_sphere(fitter.fit(glossy, 2, None)), atol=1e-3)
 
 
@@ -120,7 +121,7 @@ def test_a_fit_that_is_damaged_or_missing_is_an_error(imported):
     for _ in range(2):
         queries.fit_job(imported[0])
         with pytest.raises(ValueError, match="not a fit"):
-            queue.answer_all()
+            answer_all()
         tree.pop("fit", None)
 
 
@@ -133,7 +134,7 @@ def test_while_a_material_is_adjusted_its_picture_is_that_of_the_adjusted_fit(im
         material.measured_brdf_adjustments.diffuse_gain = gain
     _, job = queries.material_sphere(material)
     assert [question.job for lane in queue._lanes.values() for question in lane.queue] == [job]
-    queue.answer_all()
+    answer_all()
     adjusted = fitter.edited(fitter.Fit.from_bytes(queries.embedded_fit(material).fit), diffuse=0.7)
     np.testing.assert_allclose(job.result, pictures.lit_sphere(adjusted), atol=1e-3)
     assert np.abs(job.result - before.result).max() > 0.05

@@ -75,10 +75,7 @@ def test_two_workers_that_are_asked_at_once_fit_once(file):
     for name in ("fit", "operator"):
         wait(begun(name, partial(tasks.read, file, "")))       # both have started
     first, second = (begun(name, partial(tasks.fitted_of, data, STANDARD)) for name in ("fit", "operator"))
-    told = set()
-    while not first.poll() or not second.poll():
-        told.add((second.fraction, second.doing))
-        time.sleep(0.005)
+    wait(first, second)
     assert first.result.seconds == second.result.seconds
     assert len(results()) == 2
 
