@@ -1,4 +1,5 @@
-"""The one viewer of fits: a material as its settings are now, beside the pinned one where there is one."""
+"""The one viewer of fits: a material as its settings are now, beside the pinned one where there is one; and renders of
+both by Cycles."""
 
 import math
 from functools import partial
@@ -19,7 +20,7 @@ from ..core.storage.properties import fit_arguments, is_as_fitted
 from ..panel.layout import SubPanel, draw_picture, draw_wrapped, has_data, is_narrow, picture_scale
 from ..work import icons, queries, queue, tasks
 from ..work.job import Job
-from .operators import MEASUREDBRDF_OT_pin
+from .operators import MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look, render_key, renders
 
 _NUMBERS = "Match", "Between Measured Angles", "Coefficients", "Bytes", "RMSE", "Albedo %", "Highlight Error"
 _INSPECT = "measured_brdf.inspect"      # of another slice: the same plane over the viewport
@@ -170,4 +171,31 @@ def _worst(errors: list[float], limits: tuple[float, ...]) -> str:
     return verdict.grade(max(errors), limits) if min(errors, default=-1) >= 0 else "-"
 
 
-classes = (MEASUREDBRDF_PT_pictures,)
+class MEASUREDBRDF_PT_look(SubPanel, bpy.types.Panel):
+    """A render by Cycles, on a sphere or a shader ball, with the pinned material beside it"""
+
+    bl_label = "Test Render"
+    bl_order = 40
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, scene, material = not_none(self.layout), not_none(context.scene), not_none(context.material)
+        chosen = comparison.get(scene)
+        layout.row().prop(chosen, "shape", expand=True)
+        layout.row().prop(chosen, "lighting", expand=True)
+        other = comparison.find_pinned(scene, material)
+        wanted = [material] if other is None else [material, other]
+        made = [renders[key] for each in wanted if (key := render_key(scene, each)) in renders]
+        layout.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",
+                        icon="RENDER_STILL")
+        if len(made) < len(wanted):
+            return
+        (first, *_), (last, *_) = made[0], made[-1]
+        icon = icons.at_once(("look", *(number for _, number in made), round(chosen.divide, 2)),
+                             lambda: split(first, last, chosen.divide) if other is not None else first)
+        layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
+        if other is not None:
+            draw_line(layout, chosen)
+            draw_names(layout, material, other)
+
+
+classes = (MEASUREDBRDF_PT_pictures, MEASUREDBRDF_PT_look)

@@ -12,8 +12,7 @@ from bpy.props import BoolProperty, CollectionProperty, StringProperty
 from ...fitter import ColumnsUnknownError, DatasetError, ImplausibleError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, list_samples, open_choices
 from ..core import preferences
-from ..core.annotations import OperatorMixIn, OperatorResult, not_none
-from ..core.blender.active_material import active_material, is_editable
+from ..core.annotations import OperatorResult, not_none
 from ..core.storage.properties import CHOICES, FitChoices, fit_arguments
 from ..core.storage.reading import load_arguments
 from ..panel.layout import name_beside_value
@@ -150,24 +149,6 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
     @classmethod
     def poll_drop(cls, context: bpy.types.Context) -> bool:
         return context.area is not None and context.area.type in _EDITORS
-
-
-class AsksAboutFile(FitChoices, making.HasTarget, OperatorMixIn):
-    """A mix-in for dialogs about a file that is to be imported, or about that of the active material."""
-
-    for_material: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
-
-    def is_refused(self, context: bpy.types.Context) -> bool:
-        """Whether it is asked for a material that cannot be changed, which is reported."""
-        refused = self.for_material and not is_editable(type(self), context)
-        if refused:
-            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
-        return refused
-
-    def path(self, context: bpy.types.Context) -> str:
-        """The absolute path of the file."""
-        own = self.for_material and not self.filepath
-        return bpy.path.abspath(not_none(active_material(context)).measured_brdf.filepath if own else self.filepath)
 
 
 def _can_ask(operator: bpy.types.Operator) -> bool:

@@ -17,7 +17,7 @@ from ..panel.costs import draw_cost
 from ..panel.layout import SubPanel, choices, draw_value, draw_warning, draw_wrapped, has_data, name_beside_value
 from ..work import queries
 from ..work.job import Job
-from . import fit, name_columns, relink, samples
+from . import asking, fit, relink
 
 
 class MEASUREDBRDF_PT_data(SubPanel, bpy.types.Panel):
@@ -74,7 +74,7 @@ def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
         row = layout.row(align=True)
         row.prop(settings, "sample")
         row.operator_context = "INVOKE_DEFAULT"
-        row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
+        row.operator(asking.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
     draw_reading(layout, settings, settings.filepath)
 
 
@@ -87,10 +87,10 @@ def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitt
         row = layout.row()
         row.operator_context = "INVOKE_DEFAULT"
         if isinstance(data.error, SampleUnknownError):
-            asked = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
+            asked = row.operator(asking.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
             asked.refit = fit.AS_CHOSEN if fitted else ""
         else:
-            asked = row.operator(name_columns.MEASUREDBRDF_OT_name_columns.bl_idname, icon="QUESTION")
+            asked = row.operator(asking.MEASUREDBRDF_OT_name_columns.bl_idname, icon="QUESTION")
             asked.complaint = str(data.error)
         asked.for_material = True
     elif data.error is not None:

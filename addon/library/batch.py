@@ -35,7 +35,7 @@ from ..work.discovery import Failure, Source
 from ..work.job import Job
 
 PROCESSES = max((os.cpu_count() or 1) - 1, 1)
-_PAUSE = 0.02               # s, between two looks at the processes
+_POLL_INTERVAL = 0.02       # s, between two looks at the processes
 
 
 class _Task(NamedTuple):
@@ -219,7 +219,7 @@ def _do_tasks(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folde
                 worker.begin(job)
                 running.append((job, task, worker))
             yield len(todo) - len(waiting) - len(running)
-            time.sleep(_PAUSE)
+            time.sleep(_POLL_INTERVAL)
     finally:
         for worker in [*idle, *(worker for _, _, worker in running)]:
             worker.kill()

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from measured_brdf.addon.compare import curves, operators, panel, presets
+from measured_brdf.addon.compare import curves, operators, presets
 from measured_brdf.addon.core.shading import comparison
 from measured_brdf.addon.work import queries, queue, tasks
 
@@ -182,14 +182,14 @@ def test_a_damaged_fit_is_said_and_the_other_is_still_shown(material, other):
 def test_the_panels_are_shown_where_a_material_is_measured(material):
     plain = bpy.data.materials.new("plain")
     material.measured_brdf.filepath = ""
-    for each in (*curves.classes, *panel.classes):
+    for each in curves.classes:
         assert each.poll(SimpleNamespace(material=material))
         assert not each.poll(SimpleNamespace(material=plain))
         assert not each.poll(SimpleNamespace(material=None))
 
 
 def test_a_test_render_is_shown_when_it_is_there(material, other, monkeypatch):
-    look, scene = panel.MEASUREDBRDF_PT_look, bpy.context.scene
+    look, scene = curves.MEASUREDBRDF_PT_look, bpy.context.scene
     assert "picture" not in draw(look, material=material).kinds
     key = operators.render_key(scene, material)
     operators.renders[key] = np.ones((256, 256, 4), np.float32), 1
@@ -202,7 +202,7 @@ def test_a_test_render_is_shown_when_it_is_there(material, other, monkeypatch):
     assert shown.button("Render Both") is not None
     operators.renders[operators.render_key(scene, other)] = np.zeros((256, 256, 4), np.float32), 2
     given = []
-    monkeypatch.setattr(panel.icons, "at_once", lambda key, draw: key[0] == "swatch" or given.append(draw()) or 1)
+    monkeypatch.setattr(curves.icons, "at_once", lambda key, draw: key[0] == "swatch" or given.append(draw()) or 1)
     draw(look, material=material)
     assert given[-1][:, :120].min() == given[-1][:, :120].max() == 1
     assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 0

@@ -5,6 +5,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from measured_brdf.addon.importing import asking
 
 import fitter
 
@@ -48,36 +49,33 @@ def operator(file, **given):
 
 
 def test_the_dialog_shows_the_first_rows_and_what_names_say(extension, file):
-    module = extension.addon.importing.name_columns
     asked, items = operator(file)
-    module.fill(asked, file)
+    asking.fill(asked, file)
     assert [item.label for item in items] == ["incoming tilt", "Angle of scatter", "Azimuth", "x"]
     assert [item.meaning for item in items] == ["SKIP", "theta_o", "phi", "SKIP"]
     assert items[1].numbers == "0, 20, 40, 60"
     items[0].meaning, items[3].meaning = "theta_i", "BRDF"
-    assert module.stated_columns(items) == "theta_i,theta_o,phi,BRDF"
-    samples = fitter.load(file, columns=module.stated_columns(items), angles="degrees")
+    assert asking.stated_columns(items) == "theta_i,theta_o,phi,BRDF"
+    samples = fitter.load(file, columns=asking.stated_columns(items), angles="degrees")
     assert np.unique(samples.theta_i) == pytest.approx(np.radians([0, 30, 60]))
 
 
 def test_columns_without_names_and_names_with_commas(extension, tmp_path):
-    module = extension.addon.importing.name_columns
     path = tmp_path / "bare.txt"
     path.write_text(rows())
     asked, items = operator(str(path))
-    module.fill(asked, str(path))
+    asking.fill(asked, str(path))
     assert [item.label for item in items] == ["Column 1", "Column 2", "Column 3", "Column 4"]
     named = SimpleNamespace(label='550 nm, "left"', meaning="NAMED")
-    assert module.stated_columns([named, SimpleNamespace(label="a", meaning="SKIP")]) == "\"550 nm, 'left'\",-"
+    assert asking.stated_columns([named, SimpleNamespace(label="a", meaning="SKIP")]) == "\"550 nm, 'left'\",-"
 
 
 def test_the_dialog_is_drawn_with_a_choice_for_each_column(extension, file):
-    module = extension.addon.importing.name_columns
     asked, items = operator(file, layout=MagicMock(), complaint="columns incoming tilt mean nothing here")
-    module.fill(asked, file)
+    asking.fill(asked, file)
     asked.table = items
     column = asked.layout.column.return_value
-    module.MEASUREDBRDF_OT_name_columns.draw(asked, None)
+    asking.MEASUREDBRDF_OT_name_columns.draw(asked, None)
     drawn = [call.args for call in column.split.return_value.split.return_value.prop.call_args_list]
     assert [name for _, name in drawn] == ["meaning"] * 4
     assert [call.args[1] for call in asked.layout.prop.call_args_list] == ["angles", "quantity"]

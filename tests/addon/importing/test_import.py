@@ -110,7 +110,7 @@ def test_an_operator_that_hands_on_an_unreadable_file_reports_its_error_in_one_l
         blender, extension, cube, file, tmp_path, monkeypatch, capfd, name):
     if name == "find_file":
         import_file(blender, file, diffuse_level=2, specular_level=-1)
-    monkeypatch.setattr(extension.addon.importing.samples, "_items", [("a", "a", "")])
+    monkeypatch.setattr(extension.addon.importing.asking, "_items", [("a", "a", "")])
     path = tmp_path / "bad.astm"
     path.write_text("nonsense")
     options = {key: value.format(path=path, folder=tmp_path) if isinstance(value, str) else value

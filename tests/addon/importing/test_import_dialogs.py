@@ -4,7 +4,7 @@ from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
-from measured_brdf.addon.importing import import_data
+from measured_brdf.addon.importing.asking import AsksAboutFile
 from measured_brdf.addon.work import modal
 
 from support.operators import methods
@@ -26,7 +26,7 @@ def asking(blender, extension, monkeypatch):
         own = methods(getattr(module, name)) | {
             "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
             "start": note("start", {"RUNNING_MODAL"})}
-        made = type("Asking", bases or (import_data.AsksAboutFile,), own)()
+        made = type("Asking", bases or (AsksAboutFile,), own)()
         choices = extension.addon.core.storage.properties.CHOICES
         values = dict.fromkeys((*choices, "directory", "others", "complaint"), "")
         values |= {"files": [], "target": 7, "slot": 0, "is_checked": False, "for_material": False,
@@ -136,7 +136,7 @@ def test_repeated_it_is_for_the_object_that_is_active_now(blender, extension):
 
 
 def test_a_sample_is_chosen_from_the_list_of_its_file_and_imported(asking, extension, data):
-    module = extension.addon.importing.samples
+    module = extension.addon.importing.asking
     window = asking(module, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / "curet" / "abrdf.dat"), item="felt")
     assert window.invoke() == {"RUNNING_MODAL"}
     assert [name for name, _ in window.asked] == ["popup"]
@@ -149,14 +149,14 @@ def test_a_sample_is_chosen_from_the_list_of_its_file_and_imported(asking, exten
 
 @pytest.mark.parametrize(("file", "said"), [("cornell/krylon_blue.astm", "only one sample"), ("none.dat", "none.dat")])
 def test_where_there_is_no_sample_to_choose_it_says_so(asking, extension, data, file, said):
-    window = asking(extension.addon.importing.samples, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / file))
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / file))
     assert window.invoke() == {"CANCELLED"}
     (_, text), = window.asked
     assert said in text
 
 
 def test_a_sample_of_no_material_is_refused(asking, extension, data):
-    window = asking(extension.addon.importing.samples, "MEASUREDBRDF_OT_choose_sample", for_material=True, filepath="")
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_choose_sample", for_material=True, filepath="")
     assert window.invoke() == window.execute() == {"CANCELLED"}
     assert [kind for kind, _ in window.asked] == [{"ERROR"}] * 2
 
@@ -172,7 +172,7 @@ class Table(list):
 def test_columns_are_named_in_a_dialog_and_the_file_is_imported_with_them(asking, extension, tmp_path):
     path = tmp_path / "own.csv"
     path.write_text("tilt;swing;much\n" + "".join(f"{tilt};20;0.3\n" for tilt in range(20)))
-    window = asking(extension.addon.importing.name_columns, "MEASUREDBRDF_OT_name_columns", filepath=str(path),
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_name_columns", filepath=str(path),
                     table=Table())
     assert window.invoke() == {"RUNNING_MODAL"}
     for column, meaning in zip(window.made.table, ("theta_i", "theta_o", "BRDF"), strict=True):
@@ -185,7 +185,7 @@ def test_columns_are_named_in_a_dialog_and_the_file_is_imported_with_them(asking
 @pytest.mark.parametrize(("given", "said"), [({"filepath": "/none.csv"}, "none.csv"),
                                              ({"filepath": "", "for_material": True}, "no active material")])
 def test_columns_of_what_is_not_there_are_refused(asking, extension, given, said):
-    window = asking(extension.addon.importing.name_columns, "MEASUREDBRDF_OT_name_columns", table=Table(), **given)
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_name_columns", table=Table(), **given)
     assert window.invoke() == {"CANCELLED"}
     (kind, text), = window.asked
     assert kind == {"ERROR"}

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from bpy_extras.io_utils import ImportHelper
 from measured_brdf.addon.core.storage import paths
-from measured_brdf.addon.importing import samples
+from measured_brdf.addon.importing import asking
 from measured_brdf.addon.work import tasks
 from measured_brdf.fitter import PRESETS
 from measured_brdf.fitter.formats import list_samples
@@ -86,7 +86,7 @@ def test_a_folder_without_measurements_is_an_error_that_says_what_to_do(blender,
 
 
 def test_the_samples_of_a_file_can_be_chosen_by_name(blender, material, data):
-    samples._items[:] = [(name, name, "") for _, name in list_samples(data / "curet" / "abrdf.dat")]
+    asking._items[:] = [(name, name, "") for _, name in list_samples(data / "curet" / "abrdf.dat")]
     assert blender.ops.measured_brdf.choose_sample(item="aluminum foil", for_material=True) == {"FINISHED"}
     assert material.measured_brdf.sample == "aluminum foil"
     assert blender.ops.measured_brdf.choose_sample(

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from measured_brdf.addon.compare import curves, operators, panel
+from measured_brdf.addon.compare import curves, operators
 from measured_brdf.addon.core.shading import comparison
 from measured_brdf.addon.core.shading import material as materials
 from measured_brdf.addon.inspect import session, surface
@@ -177,8 +177,8 @@ def test_a_mix_is_compared_by_its_own_albedo(mix):
 def test_a_mix_can_be_rendered_to_look_at_and_a_plain_material_cannot(mix):
     operator = operators.MEASUREDBRDF_OT_render_look
     assert operator.poll(SimpleNamespace(material=mix, object=None))
-    assert panel.MEASUREDBRDF_PT_look.poll(SimpleNamespace(material=mix))
-    assert not panel.MEASUREDBRDF_PT_look.poll(SimpleNamespace(material=bpy.data.materials.new("plain")))
+    assert curves.MEASUREDBRDF_PT_look.poll(SimpleNamespace(material=mix))
+    assert not curves.MEASUREDBRDF_PT_look.poll(SimpleNamespace(material=bpy.data.materials.new("plain")))
 
 
 def test_a_mix_with_brushed_metal_has_its_tangent(mix):
