@@ -66,8 +66,8 @@ class BlenderProcess(process.ChildProcess):
                     job.error = CommandError(result["error"])
             except (OSError, ValueError):
                 log = Path(self._folder.name, "log").read_text("utf-8", "replace").strip().splitlines()
-                said = f"Blender ended early, with exit code {self._process.returncode}"
-                job.error = WorkerError(": ".join((said, *filter(None, [" / ".join(log[-_LAST_LINES:])]))))
+                said = ": " + " / ".join(log[-_LAST_LINES:]) if log else ""
+                job.error = WorkerError(f"Blender ended early, with exit code {self._process.returncode}{said}")
             self.kill()
 
 

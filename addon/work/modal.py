@@ -81,9 +81,7 @@ class InBackground(OperatorMixIn):
             if running is None and not waiting:
                 self._begin(work)
             else:
-                self._work = work
-                waiting.append(work)
-                self.report({"INFO"}, "Queued: it begins when what is running has ended")
+                self._wait(work)
         except Exception as error:
             return self._failed(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
@@ -122,8 +120,14 @@ class InBackground(OperatorMixIn):
 
     def _begin(self, work: Work) -> None:
         global running
-        self._work = work
+        self._work, self._job, self._steps = work, None, None
         self._job = running = work.start()
+
+    def _wait(self, work: Work) -> None:
+        """Begin when all that was started before has ended."""
+        self._work, self._job, self._steps = work, None, None
+        waiting.append(work)
+        self.report({"INFO"}, "Queued: it begins when what is running has ended")
 
     def _modal_in_line(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Begin if it is this operator's turn. Esc is for what is running."""

@@ -24,7 +24,7 @@ def measurements(tmp_path):
 
 def convert(folder, library, *more):
     return command.run("convert", folder, "-o", library, "--preset", "Paper", "--diffuse-level", "2",
-                       "--specular-level", "none", *more)
+                       "--specular-level", "4", "--compression", "80", *more)
 
 
 def convert_shards(folder, library):

@@ -461,20 +461,17 @@ class TestTabs:
         context = SimpleNamespace(window=SimpleNamespace(screen=SimpleNamespace(areas=areas)))
         return SimpleNamespace(context=context, spaces=spaces)
 
-    def show_first(self, window, made):
-        making.show_first(window.context, made)
-
     def test_the_first_import_shows_the_material_tab(self, window, material):
-        self.show_first(window, [material])
+        making.show_first(window.context, [material])
         assert (window.spaces["PROPERTIES"].context, window.spaces["VIEW_3D"].context) == ("MATERIAL", "OBJECT")
 
     def test_later_imports_leave_the_tab_alone(self, window, material):
-        self.show_first(window, [material.copy()])
+        making.show_first(window.context, [material.copy()])
         assert window.spaces["PROPERTIES"].context == "OBJECT"
 
     def test_where_there_is_no_such_tab_nothing_happens(self, window, material):
         window.spaces["PROPERTIES"].has_materials = False
-        self.show_first(window, [material])
+        making.show_first(window.context, [material])
         assert window.spaces["PROPERTIES"].context == "OBJECT"
 
     def test_scripts_without_a_window_can_import(self, material):
@@ -487,6 +484,7 @@ def test_only_the_import_of_a_user_leads_to_the_tab(blender, file, monkeypatch):
     blender.ops.mesh.primitive_cube_add()
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     assert shown == []
+
     class Invoked(making.MakesMaterials):
         options, target, slot, others = SimpleNamespace(is_invoke=True), 0, 0, ""
 
