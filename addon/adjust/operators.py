@@ -167,24 +167,17 @@ def _is_between() -> bool:
                and not edits.is_as_wanted(item) for item in bpy.data.materials)
 
 
-def _undo() -> None:
-    _step(bpy.ops.ed.undo)
-
-
-def _redo() -> None:
-    _step(bpy.ops.ed.redo)
-
-
-def _step(step: Callable[[], object]) -> None:
+def _step(name: str) -> None:
     windows = not_none(bpy.context.window_manager).windows
     if windows and modal.running is None and _is_between():
         try:
             with bpy.context.temp_override(window=windows[0]):
-                step()
+                getattr(bpy.ops.ed, name)()
         except RuntimeError:                # there is no step: the click was undone before it had its effect
             _on_load()
 
 
+_undo, _redo = partial(_step, "undo"), partial(_step, "redo")       # timers
 classes = (MEASUREDBRDF_OT_adjust,)
 
 

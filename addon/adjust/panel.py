@@ -6,7 +6,7 @@ from ..core.annotations import not_none
 from ..core.blender.active_material import active_material
 from ..core.shading import material as materials
 from ..core.storage import edits
-from ..panel.layout import MaterialPanel, choices, is_narrow, name_beside_value
+from ..panel.layout import MaterialPanel, SubPanel, choices, is_narrow, name_beside_value
 from . import flakes
 from .operators import VARIATION_ITEMS, MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, get
@@ -91,17 +91,11 @@ class MEASUREDBRDF_PT_adjust_sidebar(_Adjust, bpy.types.Panel):
     bl_parent_id = "MEASUREDBRDF_PT_sidebar"
 
 
-class MEASUREDBRDF_PT_texture(MaterialPanel, bpy.types.Panel):
+class MEASUREDBRDF_PT_texture(SubPanel, bpy.types.Panel):
     """What varies over the surface: a colour that multiplies the reflectance, bumps and flakes"""
 
     bl_label = "Texture and Flakes"
     bl_order = 15
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and materials.is_shown(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), not_none(context.material)

@@ -104,11 +104,8 @@ def adjustment_values(edit: Arguments) -> dict[str, Any]:
     return {name: np.asarray(value, np.float32).tolist() for name, value in values.items()}
 
 
-def _round_edit(edit: Arguments) -> Arguments:
-    return requested_edit(SimpleNamespace(**adjustment_values(edit)))
-
-
-_SLIDERS = edits.Sliders(_round_edit, lambda material, edit: move(material, adjustment_values(edit)))
+_SLIDERS = edits.Sliders(lambda edit: requested_edit(SimpleNamespace(**adjustment_values(edit))),
+                         lambda material, edit: move(material, adjustment_values(edit)))
 
 
 def register() -> None:

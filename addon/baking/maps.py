@@ -34,22 +34,14 @@ _DEFAULT_LEVEL = 0.5        # the specular level of programs that have none
 
 
 class Maps(NamedTuple):
-    """Images of a material.
+    """Images of a material."""
 
-    Attributes
-    ----------
-    pictures : dict
-        By name, (size, size, 3): the base colour linear, in the open file's space; the others numbers; the normals of
-        the tangent space, from -1 to 1 stored as 0 to 1.
-    lost : list of str
-        What they do not show.
-    errors : (n,) float64
-        How far they are from the fits of what was measured, at texels that are spread evenly: steps of lightness on a
-        sphere.
-    """
-
+    # by name, (size, size, 3): the base colour linear, in the open file's space; the others numbers; the normals of the
+    # tangent space, from -1 to 1 stored as 0 to 1
     pictures: dict[str, FloatArray]
-    lost: list[str]
+    lost: list[str]             # what they do not show
+    # how far they are from the fits of what was measured, at texels that are spread evenly, (n,): steps of lightness on
+    # a sphere
     errors: FloatArray
 
 

@@ -12,8 +12,7 @@ from ..core.annotations import OperatorResult, not_none
 from ..core.blender.active_material import active_material
 from ..core.blender.transaction import new_data_removed_on_error
 from ..core.shading import export_surface
-from ..core.shading import material as materials
-from ..panel.layout import name_beside_value
+from ..panel.layout import has_measured, name_beside_value
 from .maps import COLOUR, Maps, bake
 
 _BAKED = "measured_brdf_baked"      # custom property of images that were baked
@@ -35,11 +34,7 @@ say how far they are from the measurement"""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        target = active_material(context)
-        if target is None or not materials.is_shown(target):
-            cls.poll_message_set("There is no active material with a measured BRDF")
-            return False
-        return True
+        return has_measured(cls, context)
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         return context.window_manager.invoke_props_dialog(self, width=_DIALOG, confirm_text="Bake")

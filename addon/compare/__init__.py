@@ -5,14 +5,14 @@ from ..core.registration import Registration
 from ..core.shading import look
 from ..panel import menu
 from ..work import command
-from . import curves, operators, panel, presets
+from . import curves, operators, presets
 
 _ENTRIES = menu.entries((operators.MEASUREDBRDF_OT_pin, "Compare with This Measured BRDF"),
                         (operators.MEASUREDBRDF_OT_render_look, "Test Render of Measured BRDF"))
 _TOPICS = (*manual.over_operators("manual#compare", "pin", "render_look"),
            *manual.over_settings("manual#compare", "measuredcomparison", "*"),
            ("bpy.types.scene.measured_brdf_comparison*", "manual#compare"))
-_slice = Registration(operators, curves, presets, panel, additions=(
+_slice = Registration(operators, curves, presets, additions=(
     (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
     (command.commands, command.answering("look", look.answer))))
 register, unregister = _slice.register, _slice.unregister

@@ -1,4 +1,5 @@
-"""The one viewer of fits: a material as its settings are now, beside the pinned one where there is one."""
+"""The one viewer of fits: a material as its settings are now, beside the pinned one where there is one; and renders of
+both by Cycles."""
 
 import math
 from functools import partial
@@ -16,23 +17,21 @@ from ..core.shading import comparison, rendered
 from ..core.shading import material as materials
 from ..core.storage.outcomes import EmbeddedFit, FitRequest, KeptMix, Shown
 from ..core.storage.properties import fit_arguments, is_as_fitted
-from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, has_data, is_narrow, picture_scale
+from ..panel.layout import SubPanel, draw_picture, draw_wrapped, has_data, is_narrow, picture_scale
 from ..work import icons, queries, queue, tasks
 from ..work.job import Job
-from .operators import MEASUREDBRDF_OT_pin
+from .operators import MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look, render_key, renders
 
 _NUMBERS = "Match", "Between Measured Angles", "Coefficients", "Bytes", "RMSE", "Albedo %", "Highlight Error"
 _INSPECT = "measured_brdf.inspect"      # of another slice: the same plane over the viewport
 _TWO_ABREAST = 36           # characters that two pictures, or two columns of numbers, need beside one another
 
 
-class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
+class MEASUREDBRDF_PT_pictures(SubPanel, bpy.types.Panel):
     """The material's fit, its samples, and another material beside it; where the settings have been changed since, what
     they would give"""
 
     bl_label = "Curves"
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 20
 
     @classmethod
@@ -148,7 +147,9 @@ def _draw_numbers(layout: bpy.types.UILayout, *columns: tuple[str, ...]) -> None
     for name, *values in zip(_NUMBERS if narrow else ("", *_NUMBERS), *columns, strict=True):
         row = column if narrow else column.split(factor=0.48)
         row.label(text=name)
-        draw_row(row, *(f"{letter}: {value}" if narrow else value for letter, value in zip("AB", values, strict=True)))
+        beside = row.row()
+        for letter, value in zip("AB", values, strict=True):
+            beside.label(text=f"{letter}: {value}" if narrow else value)
 
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> tuple[str, ...]:
@@ -170,4 +171,31 @@ def _worst(errors: list[float], limits: tuple[float, ...]) -> str:
     return verdict.grade(max(errors), limits) if min(errors, default=-1) >= 0 else "-"
 
 
-classes = (MEASUREDBRDF_PT_pictures,)
+class MEASUREDBRDF_PT_look(SubPanel, bpy.types.Panel):
+    """A render by Cycles, on a sphere or a shader ball, with the pinned material beside it"""
+
+    bl_label = "Test Render"
+    bl_order = 40
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, scene, material = not_none(self.layout), not_none(context.scene), not_none(context.material)
+        chosen = comparison.get(scene)
+        layout.row().prop(chosen, "shape", expand=True)
+        layout.row().prop(chosen, "lighting", expand=True)
+        other = comparison.find_pinned(scene, material)
+        wanted = [material] if other is None else [material, other]
+        made = [renders[key] for each in wanted if (key := render_key(scene, each)) in renders]
+        layout.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",
+                        icon="RENDER_STILL")
+        if len(made) < len(wanted):
+            return
+        (first, *_), (last, *_) = made[0], made[-1]
+        icon = icons.at_once(("look", *(number for _, number in made), round(chosen.divide, 2)),
+                             lambda: split(first, last, chosen.divide) if other is not None else first)
+        layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
+        if other is not None:
+            draw_line(layout, chosen)
+            draw_names(layout, material, other)
+
+
+classes = (MEASUREDBRDF_PT_pictures, MEASUREDBRDF_PT_look)

@@ -10,7 +10,7 @@ from ...fitter.arrays import SingleArray
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender.active_material import active_material
 from ..core.shading import comparison, look
-from ..core.shading import material as materials
+from ..panel.layout import has_measured
 from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work
@@ -31,15 +31,6 @@ def render_key(scene: bpy.types.Scene, material: bpy.types.Material) -> RenderKe
     """What a render of a material shows with the present choices of a scene."""
     chosen = comparison.get(scene)
     return material.session_uid, chosen.shape or look.BALL, chosen.lighting or look.STUDIO  # empty where damaged
-
-
-def has_measured(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """For `poll`: whether the active material is measured, or a mix of such."""
-    target = active_material(context)
-    if target is None or not materials.is_shown(target):
-        cls.poll_message_set("There is no active material with a measured BRDF")
-        return False
-    return True
 
 
 class MEASUREDBRDF_OT_pin(bpy.types.Operator):

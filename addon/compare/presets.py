@@ -32,10 +32,6 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
     bl_parent_id = "MEASUREDBRDF_PT_pictures"
     bl_options = {"DEFAULT_CLOSED"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and bool(context.material.measured_brdf.filepath)
-
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), not_none(context.material)
         data = queries.data(material).result

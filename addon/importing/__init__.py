@@ -5,7 +5,7 @@ import bpy
 from ..core import checks, manual
 from ..core.registration import Registration
 from ..panel import main, menu, nodes
-from . import colours, details, fit, import_data, measurements, name_columns, relink, samples
+from . import asking, details, fit, import_data, measurements, relink
 
 _OF_FILES = ((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."),
              (relink.MEASUREDBRDF_OT_forget_paths, "Forget Paths of Measurements"))
@@ -30,10 +30,10 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 
 
 _slice = Registration(
-    import_data, name_columns, samples, fit, relink, measurements, details,
+    import_data, asking, fit, relink, measurements, details,
     additions=(
         (manual.slice_topics, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
         ("TOPBAR_MT_file_external_data", _IN_DATA_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
         (nodes.MEASUREDBRDF_MT_add_node, _IN_ADD_MENU), (main.start_buttons, _draw_import),
-        (main.unfitted_rows, measurements.draw_source), (checks.slice_checks, colours.check)))
+        (main.unfitted_rows, measurements.draw_source), (checks.slice_checks, fit.check_colours)))
 register, unregister = _slice.register, _slice.unregister

@@ -1,5 +1,6 @@
-"""Fits the data of a material again, with the material's settings, which presets set."""
+"""Fits the data of a material again, with the material's settings, which presets set; and finds those that need it."""
 
+from collections.abc import Iterator, Sequence
 from functools import partial
 from types import SimpleNamespace
 
@@ -7,30 +8,36 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ...fitter import SampleUnknownError
+from ...fitter.colours import COLOURS
 from ...fitter.formats import is_there
 from ...fitter.formats.reading import OPTIONS
 from ...fitter.methods.presets import PRESET_DESCRIPTIONS
-from ..core.annotations import OperatorResult, not_none
+from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.blender.active_material import active_material, is_editable
 from ..core.blender.transaction import by_session_uid
+from ..core.checks import Finding
 from ..core.shading import compiler, material, rendered
+from ..core.storage import reading
 from ..core.storage.edits import edit_arguments
 from ..core.storage.outcomes import Outcome
 from ..core.storage.properties import CHOICES, PRESET_ITEMS, fit_arguments, quality_summary, use_preset
-from ..core.storage.reading import load_arguments
 from ..work import process, tasks
 from ..work.making import report_questions
-from ..work.modal import InBackground, Steps, errors_reported
+from ..work.modal import InBackground, Steps, begin_another
 
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
 
 
-class FitsWithPreset:
-    """A mix-in for operators that fit a material, by its own settings or a preset."""
+class FitsWithPreset(OperatorMixIn):
+    """A mix-in for operators that fit the active material, by its own settings or a preset."""
 
     preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
                          items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
                          description="A preset that replaces the settings of the material")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_editable(cls, context)
 
 
 class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
@@ -44,10 +51,6 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
                              description="New location of the measurements. Empty: the location has not changed")
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return is_editable(cls, context)
-
-    @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_fit") -> str:
         text = PRESET_DESCRIPTIONS.get(properties.preset, "")
         return f"Fit with {properties.preset}. {text}" if text else ""
@@ -55,18 +58,13 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         path = self.filepath or not_none(active_material(context)).measured_brdf.filepath
         if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
-            with errors_reported(self):
-                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset, refit=True)
-            return {"CANCELLED"}
+            return begin_another(self, "find_file", preset=self.preset, refit=True)
         return self.start(context)
 
     def _failed(self, error: Exception) -> OperatorResult:
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
             # the other operator asks, and starts anew
-            with errors_reported(self):
-                bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
-                                                    refit=self.preset)
-            return {"CANCELLED"}
+            return begin_another(self, "choose_sample", filepath=self.filepath, for_material=True, refit=self.preset)
         return InBackground._failed(self, error)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
@@ -76,8 +74,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         settings = target.measured_brdf
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
         # a damaged .blend may name some that do not exist
-        self._choices.preset = self._choices.preset or "Paper"
-        for name in (*OPTIONS, "rendering"):
+        for name in (*OPTIONS, "preset", "rendering"):
             default = settings.bl_rna.properties[name].default
             setattr(self._choices, name, getattr(self._choices, name) or default)
         self._choices.filepath = self.filepath or settings.filepath
@@ -85,7 +82,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
             use_preset(self._choices, self.preset)
         path = bpy.path.abspath(self._choices.filepath)
         return process.Calculation(partial(tasks.outcome, path, settings.sample, fit_arguments(self._choices),
-                                           how=load_arguments(settings), edit=edit_arguments(target)))
+                                           how=reading.load_arguments(settings), edit=edit_arguments(target)))
 
     def prepare(self, outcome: Outcome) -> Steps:
         yield 0.95, "Compiling"
@@ -127,6 +124,31 @@ class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         use_preset(not_none(active_material(context)).measured_brdf, self.preset)
         return {"FINISHED"}
+
+
+def check_colours(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
+    """Materials that were fitted for another colour space than that of the open file, each with a button that fits it
+    again where its measurements are at hand."""
+    here = reading.scene_colours()
+    coloured = [each for each in looked_at
+                if each.measured_brdf.coefficients and each.measured_brdf.colours != reading.GREY]
+    if coloured and not here:
+        yield Finding("colours", f"The working space of this file is none of {', '.join(COLOURS)}: measured colours "
+                      "are wrong in it. Choose one of these, or an OpenColorIO configuration that has one")
+    for each in coloured:
+        if fitted := reading.other_colours(each.measured_brdf, here):
+            message = f"{each.name} was fitted for colours in {fitted}; those of this file are in {here}"
+            if each.is_editable and reading.has_file(each):
+                yield Finding(f"colours:{each.name}", f"{message}. It looks too pale or too saturated",
+                              f"Refit it for {here}", partial(_refit, each))
+            else:
+                yield Finding(f"colours:{each.name}", f"{message}. Refit it in the file that it belongs to, and "
+                              "where its measurements are")
+
+
+def _refit(target: bpy.types.Material) -> None:
+    with bpy.context.temp_override(material=target):
+        bpy.ops.measured_brdf.fit()
 
 
 classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_use_preset)

@@ -16,10 +16,10 @@ from ..core.annotations import OperatorResult, not_none
 from ..core.storage.properties import CHOICES, FitChoices, fit_arguments
 from ..core.storage.reading import load_arguments
 from ..panel.layout import name_beside_value
-from ..work import process, tasks
+from ..work import making, process, tasks
 from ..work.discovery import GLOB, sources_in
-from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_as_script, begin_with_preference, draw_choices
-from ..work.modal import AsksForPath, Steps, errors_reported
+from ..work.making import MakesMaterials
+from ..work.modal import AsksForPath, Steps, begin_another
 
 IMPORT_DIALOG, _DIALOG_CHARACTER = 480, 7  # pixels: the width of a dialog, and of a character on average
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
@@ -41,7 +41,7 @@ or else to all selected ones"""
                              description="Whether users know that no surface is like this")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        begin_with_preference(self, context)
+        making.begin_with_preference(self, context)
         if not self.filepath and not self.files:
             self.remember_target(context)
             folder = preferences.get(context).data_folder
@@ -68,12 +68,14 @@ or else to all selected ones"""
         layout = not_none(self.layout)
         name_beside_value(layout)
         if self.complaint:
-            _draw_question(layout, self)
+            draw_complaint(layout, self.complaint)
+            for name in ("angles", "quantity"):         # what the file does not say
+                layout.prop(self, name)
             return
         if context.area is None or context.area.type != "FILE_BROWSER":
             layout.prop(self, "filepath")
         path = next((item.name for item in self.files if item.name), self.filepath)
-        draw_choices(layout, self, path, with_sample="sample" in open_choices(path))
+        making.draw_choices(layout, self, path, with_sample="sample" in open_choices(path))
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.options.is_repeat_last:     # and another object may be active now
@@ -86,7 +88,7 @@ or else to all selected ones"""
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
-        begin_as_script(self)
+        making.begin_as_script(self)
         paths = self._paths()
         ask = _can_ask(self) and len(paths) == 1 and not self.is_checked
         return process.Calculation(
@@ -98,31 +100,24 @@ or else to all selected ones"""
         if _can_ask(self):
             if isinstance(error, UnitsUnknownError):
                 checked = self.is_checked or isinstance(error, ImplausibleError)
-                with errors_reported(self):
-                    bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **self.given() | {
-                        "complaint": str(error), "is_checked": checked})
-                return {"CANCELLED"}
+                return begin_another(self, "import_data", **self.given() | {
+                    "complaint": str(error), "is_checked": checked})
             if isinstance(error, ColumnsUnknownError) and len(self._paths()) == 1:
-                with errors_reported(self):
-                    bpy.ops.measured_brdf.name_columns("INVOKE_DEFAULT", **choices_and_target(self) | {
-                        "filepath": self._paths()[0], "complaint": str(error)})
-                return {"CANCELLED"}
+                return begin_another(self, "name_columns", **choices_and_target(self) | {
+                    "filepath": self._paths()[0], "complaint": str(error)})
             if isinstance(error, SampleUnknownError):
                 return self._ask_for_sample()
         return MakesMaterials._failed(self, error)
 
     def _ask_for_sample(self) -> OperatorResult:
-        with errors_reported(self):
-            bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT",
-                                                **choices_and_target(self) | {"filepath": self._paths()[0]})
-        return {"CANCELLED"}
+        return begin_another(self, "choose_sample", **choices_and_target(self) | {"filepath": self._paths()[0]})
 
     def _paths(self) -> list[str]:
         return [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
             bpy.path.abspath(self.filepath)]
 
 
-class MEASUREDBRDF_OT_import_folder(FromFolder, MakesMaterials, bpy.types.Operator):
+class MEASUREDBRDF_OT_import_folder(making.FromFolder, MakesMaterials, bpy.types.Operator):
     """Make a material of every measurement in a folder. A CURET file gives one for each sample"""
 
     bl_idname = "measured_brdf.import_folder"
@@ -135,11 +130,11 @@ class MEASUREDBRDF_OT_import_folder(FromFolder, MakesMaterials, bpy.types.Operat
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
-        begin_as_script(self)
+        making.begin_as_script(self)
         sources, self._failures = sources_in([self.checked_folder()], self.columns or None)
         return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self), how=load_arguments(self)))
 
-    def prepare(self, outcomes: Outcomes) -> Steps:
+    def prepare(self, outcomes: making.Outcomes) -> Steps:
         return super().prepare([*self._failures, *outcomes])
 
 
@@ -159,13 +154,6 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
 def _can_ask(operator: bpy.types.Operator) -> bool:
     """Whether there is a user who can answer."""
     return bool(operator.options.is_invoke) and not bpy.app.background
-
-
-def _draw_question(layout: bpy.types.UILayout, operator: Any) -> None:
-    """Ask what the numbers of a file are that does not say it."""
-    draw_complaint(layout, operator.complaint)
-    for name in ("angles", "quantity"):
-        layout.prop(operator, name)
 
 
 def draw_complaint(layout: bpy.types.UILayout, text: str) -> None:

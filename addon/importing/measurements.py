@@ -14,18 +14,16 @@ from ..core.storage.outcomes import Data
 from ..core.storage.properties import OFFERED, is_as_fitted, is_preset
 from ..core.storage.reading import draw_reading, other_colours, scene_colours
 from ..panel.costs import draw_cost
-from ..panel.layout import MaterialPanel, choices, draw_value, draw_warning, draw_wrapped, has_data, name_beside_value
+from ..panel.layout import SubPanel, choices, draw_value, draw_warning, draw_wrapped, has_data, name_beside_value
 from ..work import queries
 from ..work.job import Job
-from . import fit, name_columns, relink, samples
+from . import asking, fit, relink
 
 
-class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
+class MEASUREDBRDF_PT_data(SubPanel, bpy.types.Panel):
     """File, preset and refit; directions, gaps and values of the measurements"""
 
     bl_label = "Measurements"
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 60
 
     @classmethod
@@ -76,7 +74,7 @@ def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
         row = layout.row(align=True)
         row.prop(settings, "sample")
         row.operator_context = "INVOKE_DEFAULT"
-        row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
+        row.operator(asking.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
     draw_reading(layout, settings, settings.filepath)
 
 
@@ -84,18 +82,17 @@ def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitt
     """Say if the file is being read, cannot be read, or has changed since the fit."""
     if data.finished is None:
         layout.label(text="Reading the measurements", icon="TIME")
-    elif isinstance(data.error, SampleUnknownError):
+    elif isinstance(data.error, SampleUnknownError | ColumnsUnknownError):
         draw_warning(layout, str(data.error))
         row = layout.row()
         row.operator_context = "INVOKE_DEFAULT"
-        chosen = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
-        chosen.for_material, chosen.refit = True, fit.AS_CHOSEN if fitted else ""
-    elif isinstance(data.error, ColumnsUnknownError):
-        draw_warning(layout, str(data.error))
-        row = layout.row()
-        row.operator_context = "INVOKE_DEFAULT"
-        asked = row.operator(name_columns.MEASUREDBRDF_OT_name_columns.bl_idname, icon="QUESTION")
-        asked.for_material, asked.complaint = True, str(data.error)
+        if isinstance(data.error, SampleUnknownError):
+            asked = row.operator(asking.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
+            asked.refit = fit.AS_CHOSEN if fitted else ""
+        else:
+            asked = row.operator(asking.MEASUREDBRDF_OT_name_columns.bl_idname, icon="QUESTION")
+            asked.complaint = str(data.error)
+        asked.for_material = True
     elif data.error is not None:
         if fitted:
             draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")

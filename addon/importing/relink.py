@@ -10,7 +10,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.formats import is_there
 from ..core.annotations import OperatorResult, not_none
-from ..core.blender.active_material import active_material, can_change, is_editable
+from ..core.blender.active_material import active_material, can_change
 from ..core.blender.transaction import by_session_uid
 from ..core.storage import paths
 from ..core.storage.reading import load_arguments
@@ -31,10 +31,6 @@ class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper
 
     filter_glob: StringProperty(default=GLOB, options={"HIDDEN"})
     refit: BoolProperty(name="Refit", options={"SKIP_SAVE"}, description="Fit the material to the file, too")
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return is_editable(cls, context)
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_find_file") -> str:

@@ -11,7 +11,7 @@ from ...fitter.arrays import BoolArray, FloatArray, unit_vectors
 from ...fitter.imaging.lobe import RADII, Lobe, Radius, lobe_surface
 from ...fitter.imaging.plane_plot import Plane, Plotted
 from ...fitter.methods import extrapolation
-from ...fitter.model import Reflectance, is_isotropic
+from ...fitter.model import Reflectance
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
@@ -35,11 +35,6 @@ class InspectedSurface(NamedTuple):
     reaches: tuple[extrapolation.MeasuredDomain, ...] = ()
     note: str = ""
 
-    @property
-    def isotropic(self) -> bool:
-        """Whether it has no tangent to be turned by."""
-        return is_isotropic(self.fit)
-
 
 class Measurements(NamedTuple):
     """Samples near the plane of incidence, as `plane_plot.samples_near_plane` returns them, and what they come from."""
@@ -51,25 +46,8 @@ class Measurements(NamedTuple):
 
 
 class Inspection:
-    """The state of an inspection.
-
-    Attributes
-    ----------
-    size : float
-        The longest radius of the lobe, in the world.
-    theta_i, phi_i : float
-        Of the light, radians; the azimuth counts from the tangent.
-    side : {"LEFT", "RIGHT"}
-        Where the plot is.
-    shown, second : Shown, or None
-        The material's fit, once it is known; and that of the pinned one, of which the plot has a curve.
-    lobe, plane : Lobe, or None; Plane
-        Of the fit; what the plot shows.
-    drag : {"", "LOBE", "PLOT"}
-        What the mouse drags the light on.
-    mouse : (2,) float64, or None
-        Pixels of the region.
-    """
+    """The state of an inspection: `size` is the longest radius of the lobe, in the world; the azimuth of the light
+    counts from the tangent; angles are radians, and `side` is where the plot is."""
 
     def __init__(self, spot: Spot, size: float, theta_i: float, phi_i: float,
                  side: Literal["LEFT", "RIGHT"] = "RIGHT") -> None:
@@ -77,13 +55,13 @@ class Inspection:
         self.theta_i, self.phi_i = limit_polar_angle(theta_i), phi_i
         self.radius: Radius = "cube root"
         self.with_plot = True
-        self.shown: InspectedSurface | None = None
-        self.second: InspectedSurface | None = None
+        self.shown: InspectedSurface | None = None          # once it is known
+        self.second: InspectedSurface | None = None         # the pinned one, of which the plot has a curve
         self.lobe: Lobe | None = None
         self.samples: Measurements | None = None
         self.plane = Plane((), self.theta_i)
-        self.drag: Literal["", "LOBE", "PLOT"] = ""
-        self.mouse: FloatArray | None = None
+        self.drag: Literal["", "LOBE", "PLOT"] = ""         # what the mouse drags the light on
+        self.mouse: FloatArray | None = None                # (2,) pixels of the region
 
     def show(self, shown: InspectedSurface | None, second: InspectedSurface | None = None) -> bool:
         """Show a fit, beside the second one in the plot: whether either is another than before."""

@@ -120,7 +120,8 @@ class Inspecting(OperatorMixIn):
                 inspection.mouse = None
                 self._session.redraw()
             return {"PASS_THROUGH"}
-        region = region or _main_region(area)
+        if region is None:              # a drag goes on beside the view
+            region = max((each for each in area.regions if each.type == "WINDOW"), key=lambda each: each.width)
         view, at, plot = make_view(region, region.data), _mouse(region, event), self._session.plot(area, region)
         taken = self._use(context, event, view, frame, at, plot, pressed)
         if taken or event.type == "MOUSEMOVE":
@@ -181,10 +182,6 @@ def _region(area: bpy.types.Area, event: bpy.types.Event) -> bpy.types.Region | 
     under = [region for region in area.regions if min(region.width, region.height) > 1
              and 0 <= event.mouse_x - region.x < region.width and 0 <= event.mouse_y - region.y < region.height]
     return under[0] if under and all(region.type == "WINDOW" for region in under) else None
-
-
-def _main_region(area: bpy.types.Area) -> bpy.types.Region:
-    return max((region for region in area.regions if region.type == "WINDOW"), key=lambda region: region.width)
 
 
 def _mouse(region: bpy.types.Region, event: bpy.types.Event) -> FloatArray:

@@ -12,6 +12,7 @@ from ...fitter.imaging import plane_plot
 from ...fitter.imaging.drawing import Color
 from ...fitter.imaging.pictures import srgb
 from ...fitter.imaging.plane_plot import DIM, FAINT, INK, LIGHT, PAIR, SMALL, TEXT, Plane, lengths, shown_value
+from ...fitter.model import is_isotropic
 from ..core.annotations import not_none
 from . import drawing
 from .inspection import HANDLE, Inspection
@@ -89,7 +90,7 @@ def _draw_lines(inspection: Inspection, scale: float, opacity: float) -> None:
     drawing.line(_arrow(np.array([0, 0, 1.0]), HANDLE, outward=True), fade(INK), 1.6 * scale)
     drawing.line([0 * light, HANDLE * light], fade(LIGHT), 2.4 * scale)
     drawing.line(_arrow(light, 0.62 * HANDLE, outward=False), fade(LIGHT), 2.4 * scale)
-    if inspection.shown is not None and not inspection.shown.isotropic:
+    if inspection.shown is not None and not is_isotropic(inspection.shown.fit):
         drawing.line([(-HANDLE, 0, 0), (HANDLE, 0, 0)], fade(_TANGENT), 2.4 * scale)
         drawing.line(_arrow(np.array([1.0, 0, 0]), HANDLE, outward=True), fade(_TANGENT), 2.4 * scale)
     if inspection.curve is not None:
@@ -131,7 +132,7 @@ def draw_labels(inspection: Inspection, frame: FloatArray, view: View, scale: fl
     """Write angles beside the light and the normal."""
     labels = [(HANDLE * inspection.light(), f"{math.degrees(inspection.theta_i):.1f}\u00b0", LIGHT),
               (np.array([0, 0, HANDLE]), "Normal", INK)]
-    if inspection.shown is not None and not inspection.shown.isotropic:
+    if inspection.shown is not None and not is_isotropic(inspection.shown.fit):
         labels.append((np.array([HANDLE, 0, 0]), f"Tangent, {inspection.spot.origin}", _TANGENT))
     for place, string, color in labels:
         at = view.project(frame[:3, 3] + frame[:3, :3] @ (inspection.size * place))
@@ -175,7 +176,7 @@ def _draw_titles(inspection: Inspection, plot: Plot, plane: Plane) -> None:
         string = string if len(string) <= longest else f"{string[:longest - 1]}\u2026"
         x += drawing.text(string, (x, y), TEXT * scale, color) + TEXT * scale
     parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0", f"radius: {inspection.radius}"]
-    if not shown.isotropic:
+    if not is_isotropic(shown.fit):
         parts[0] += f", azimuth {math.degrees(inspection.phi_i) % 360:.0f}\u00b0"
     if inspection.samples is not None and len(inspection.samples.theta_o):
         parts.append(f"dots: {inspection.samples.source} at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")

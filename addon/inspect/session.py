@@ -34,22 +34,14 @@ running: "Session | None" = None
 
 
 class Session:
-    """An inspection, and the area that it is drawn in.
-
-    Attributes
-    ----------
-    inspection : Inspection
-    area_key : int
-        Identifies the area while it is open.
-    failed : str
-        What went wrong in drawing; empty if nothing has.
-    """
+    """An inspection, and the area that it is drawn in."""
 
     def __init__(self, inspection: Inspection, area: bpy.types.Area) -> None:
         self.inspection = inspection
-        self.area_key = area.as_pointer()
-        self.failed = ""
+        self.area_key = area.as_pointer()       # identifies the area while it is open
+        self.failed = ""                        # what went wrong in drawing
         self._waiting = "Reading the fit ..."
+        self._near: Any = None              # the answer that the shown samples are of
         self._handlers: list[Any] = []
         self._timer: bpy.types.Timer | None = None
 
@@ -117,13 +109,11 @@ class Session:
             self._waiting = str(job.error)
         changed = inspection.show(_displayed_fit(material, job, inspection.spot.masked), _pinned_fit(material))
         samples = queries.samples_near_plane(material, inspection.theta_i, inspection.phi_i)
-        if samples is not None and samples.finished is not None:
+        if samples is not None and samples.finished is not None and samples.result is not self._near:
+            changed, self._near = True, samples.result
             name = published.parse_virtual_path(material.measured_brdf.filepath)
             source = "measured" if name is None else "published fit"
-            measured = None if samples.result is None else Measurements(*samples.result, source)
-            if measured is not inspection.samples and not _same(measured, inspection.samples):
-                changed = True
-                inspection.show_samples(measured)
+            inspection.show_samples(None if samples.result is None else Measurements(*samples.result, source))
         if changed:
             self.redraw()
 
@@ -191,11 +181,6 @@ def _displayed_fit(material: bpy.types.Material, job: Job[Reflectance] | None,
 def _pinned_fit(material: bpy.types.Material) -> InspectedSurface | None:
     other = comparison.find_pinned(not_none(bpy.context.scene), material)
     return None if other is None else _displayed_fit(other, queries.fit_job(other), None)
-
-
-def _same(one: Measurements | None, other: Measurements | None) -> bool:
-    return (one is not None and other is not None and (one.theta_i, one.source) == (other.theta_i, other.source)
-            and np.array_equal(one.theta_o, other.theta_o) and np.array_equal(one.values, other.values))
 
 
 def _rectangle(region: bpy.types.Region) -> Rectangle:

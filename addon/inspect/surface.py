@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,44 +11,31 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...fitter.arrays import ArrayLike, FloatArray
+from ...fitter.arrays import ArrayLike, FloatArray, IntArray
 from ..core.annotations import not_none
+from ..core.blender.previews import picture_of
 from ..core.shading import material as materials
 from ..core.shading import mixing, tangents
-from . import mask
+from ..core.shading.export_inputs import grey_weights, linear_colours
 
 _LEAST = 1e-9               # length of a tangent that says something
+_EDGES: dict[str, Callable[[IntArray, int], IntArray]] = {      # of images: what is beyond them
+    "REPEAT": lambda at, size: at % size, "EXTEND": lambda at, size: np.clip(at, 0, size - 1)}
 
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """A spot of a surface; it moves with its object.
+    """A spot of a surface; it moves with its object. Vectors, (3,), are in the coordinates of the object."""
 
-    Attributes
-    ----------
-    item, material : int
-        The `session_uid` of the object, and of the material that it has there.
-    location, normal, tangent : (3,) float64
-        In the coordinates of the object. The tangent is turned into the surface when it is used.
-    as_normal : bool
-        Whether the tangent goes to the world as normals do: Cycles' default does, that of a node as a direction.
-    turn : float
-        By how much the material turns the tangent, counter-clockwise, radians.
-    origin : str
-        Where the tangent comes from, for users.
-    masked : float, or None
-        Of a mix by a mask, the share of the second material there, if it is known.
-    """
-
-    item: int
-    material: int
+    item: int                   # the `session_uid` of the object
+    material: int               # and of the material that it has there
     location: FloatArray
     normal: FloatArray
-    tangent: FloatArray
-    as_normal: bool
-    turn: float
-    origin: str
-    masked: float | None = None
+    tangent: FloatArray         # it is turned into the surface when it is used
+    as_normal: bool             # the tangent goes to the world as normals do, by Cycles' default; else as a direction
+    turn: float                 # by which the material turns the tangent, counter-clockwise, radians
+    origin: str                 # where the tangent comes from, for users
+    masked: float | None = None     # of a mix by a mask, the share of the second material there, if it is known
 
     def frame(self, world: ArrayLike) -> FloatArray:
         """The frame of the surface in the world, (4, 4): x is the tangent, z the normal, and the last column the spot.
@@ -73,9 +61,9 @@ def find_spot(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Fl
               direction: FloatArray) -> Spot | None:
     """The first spot of an object on a ray in the world; None if it does not meet its surface."""
     evaluated = item.evaluated_get(depsgraph)
-    inverse = np.linalg.pinv(np.array(evaluated.matrix_world))
-    local = (inverse @ np.append(origin, 1))[:3], inverse[:3, :3] @ direction
-    is_hit, location, _, face = evaluated.ray_cast(*(Vector(each.tolist()) for each in local))
+    to_local = evaluated.matrix_world.inverted_safe()
+    is_hit, location, _, face = evaluated.ray_cast(to_local @ Vector(origin.tolist()),
+                                                   to_local.to_3x3() @ Vector(direction.tolist()))
     return _spot(item, evaluated, np.array(location), face, -direction) if is_hit else None
 
 
@@ -86,9 +74,8 @@ def nearest(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, point: Array
     The side of the surface is taken that the viewer sees, in the direction `toward`, (3,).
     """
     evaluated = item.evaluated_get(depsgraph)
-    inverse = np.linalg.pinv(np.array(evaluated.matrix_world))
-    local = (inverse @ np.append(point, 1))[:3]
-    is_there, location, _, face = evaluated.closest_point_on_mesh(Vector(local.tolist()))
+    to_local = evaluated.matrix_world.inverted_safe()
+    is_there, location, _, face = evaluated.closest_point_on_mesh(to_local @ Vector(np.asarray(point).tolist()))
     return _spot(item, evaluated, np.array(location), face, toward) if is_there else None
 
 
@@ -176,14 +163,49 @@ def _u_direction(evaluated: bpy.types.Object, corners: list[int], weights: Float
 
 def _mask_value(material: bpy.types.Material, mesh: bpy.types.Mesh, corners: list[int],
             weights: FloatArray) -> float | None:
-    """The share of the second material of a mix by a mask; None of other materials, and where it is not known."""
+    """The share of the second material of a mix by a mask; None for other materials, and where it is not known."""
     node = None if materials.group_node(material) is not None else materials.mix_node(material)
     if node is None or mixing.mixes.parts(node)[2] is not None:
         return None
     uv_maps = {layer.name: weights @ np.array([layer.uv[corner].vector for corner in corners])
                for layer in mesh.uv_layers if len(layer.uv) > max(corners)}
     rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), None)
-    return mask.value(mixing.mixes.factor(node), uv_maps | ({"": uv_maps[rendered]} if rendered in uv_maps else {}))
+    return image_value(mixing.mixes.factor(node), uv_maps | ({"": uv_maps[rendered]} if rendered in uv_maps else {}))
+
+
+def image_value(socket: Any, uv_maps: Mapping[str, FloatArray]) -> float | None:
+    """The brightness, 0 to 1, of the image that is connected to an input of a node, as renderers look it up; None where
+    something else is.
+
+    `uv_maps` are the coordinates there, (2,), in each UV map by its name; the rendered one is "".
+    """
+    node: Any = socket.links[0].from_node if socket.is_linked else None
+    if node is None or node.type != "TEX_IMAGE" or node.image is None or node.extension not in _EDGES:
+        return None
+    if node.projection != "FLAT" or min(node.image.size) < 1:
+        return None
+    name = _uv_map(node.inputs["Vector"])
+    if name is None or name not in uv_maps:
+        return None
+    is_nearest = node.interpolation == "Closest"            # else it is interpolated between four pixels
+    place = uv_maps[name] * np.array(node.image.size) - (0.0 if is_nearest else 0.5)
+    corner = np.floor(place).astype(int)
+    share = np.zeros(2) if is_nearest else place - corner
+    x, y = (_EDGES[node.extension](np.array([first, first + 1]), length)
+            for first, length in zip(corner, node.image.size, strict=True))
+    grey = linear_colours(node.image, picture_of(node.image)[np.ix_(y, x)].astype(float)[..., :3]) @ grey_weights()
+    weights = np.outer([1 - share[1], share[1]], [1 - share[0], share[0]])
+    return float(np.clip((weights * grey).sum(), 0, 1))
+
+
+def _uv_map(socket: Any) -> str | None:
+    """The name of the UV map that an input takes; None where it takes something else."""
+    if not socket.is_linked:
+        return ""
+    link = socket.links[0]
+    if link.from_node.type == "UVMAP":
+        return str(link.from_node.uv_map)
+    return "" if link.from_node.type == "TEX_COORD" and link.from_socket.name == "UV" else None
 
 
 def _turn(material: bpy.types.Material) -> float:

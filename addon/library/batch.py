@@ -7,6 +7,7 @@ does not grow with the number of measurements.
 
 import os
 import re
+import time
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import partial
@@ -34,13 +35,7 @@ from ..work.discovery import Failure, Source
 from ..work.job import Job
 
 PROCESSES = max((os.cpu_count() or 1) - 1, 1)
-
-
-class Progress(NamedTuple):
-    """The progress of a batch."""
-
-    fraction: float
-    doing: str
+_POLL_INTERVAL = 0.02       # s, between two looks at the processes
 
 
 class _Task(NamedTuple):
@@ -79,35 +74,17 @@ _Planned = Mapping[Path | None, Sequence[_Task]]
 
 def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Sequence[Failure], choices: Choices,
             path: str | Path, processes: int = PROCESSES, force: bool = False, prune: bool = False,
-            colours: str = DEFAULT_COLOURS) -> Generator[Progress, None, list[Row]]:
-    """Write an asset library, in steps that do not wait for the processes: callers should sleep between them.
+            colours: str = DEFAULT_COLOURS) -> Generator[tuple[float, str], None, list[Row]]:
+    """Write an asset library, in steps: yields (fraction, doing), and returns the rows, of which those that failed say
+    why.
 
-    Parameters
-    ----------
-    sources, failures
-        As `sources_in` returns them; materials of files that could not be read are kept.
-    choices : properties.Choices
-        `filepath` and `sample` are set to those of each material.
-    path : path-like
-        The .blend to write, the first part of the library. Outdated materials in it are fitted again in place, new ones
-        are added, and everything else stays. Fits are saved in a folder beside it, so that an interrupted run can
-        continue.
-    force : bool
-        Keep a file that is not a library under another name, instead of raising an error.
-    prune : bool
-        Remove unused materials of an earlier run whose measurements are not among the sources or failures.
-    colours : str
-        The colour space of the files that will use the materials.
-
-    Returns
-    -------
-    list of Row
-        The status of those that failed says why.
-
-    Raises
-    ------
-    library_file.LibraryError, OSError
-        If the file may not be replaced; then nothing has changed.
+    `path` is the .blend, the first part of the library. Outdated materials in it are fitted again in place, new ones
+    are added, and everything else stays, also what was made of files that are among the `failures`; with `prune`,
+    unused materials of an earlier run go whose measurements are not among these nor the `sources`. Fits are saved in a
+    folder beside it, so that an interrupted run can continue. `filepath` and `sample` of the choices are set to those
+    of each material, and `colours` is the space of the files that will use them. With `force`, a file that is not a
+    library is kept under another name; else, as where it may not be replaced, LibraryError or OSError is raised, and
+    nothing has changed.
     """
     path, how = Path(path), {**load_arguments(choices), "colours": colours}
     with library_file.writing(path, force):
@@ -167,10 +144,11 @@ def _plan(sources: Sequence[Source], how: Arguments, choices: Choices, entries: 
         else:
             todo.append(_Task(path, sample, key, choices.rendering))
     left = [entry for entry in entries if entry.key not in wanted]
-    for same in (_is_same_file, _has_same_name):
+    for place in (os.path.abspath, os.path.basename):       # of the same file, else of one of the same name
         for task in todo[:]:
+            same = (entry for entry in left if (place(entry.filepath), entry.sample) == (place(task.path), task.sample))
             # users may have made copies: prefer an asset, and one that has not been renamed
-            outdated = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
+            outdated = max(same, key=lambda entry: (entry.is_asset, entry.is_named_after_data), default=None)
             if outdated is not None:
                 left.remove(outdated)
                 todo.remove(task)
@@ -181,21 +159,9 @@ def _plan(sources: Sequence[Source], how: Arguments, choices: Choices, entries: 
     return planned, left
 
 
-def _is_original(entry: _Entry) -> tuple[bool, bool]:
-    return entry.is_asset, entry.is_named_after_data
-
-
-def _is_same_file(task: _Task, entry: _Entry) -> bool:
-    return (os.path.abspath(task.path), task.sample) == (os.path.abspath(entry.filepath), entry.sample)
-
-
-def _has_same_name(task: _Task, entry: _Entry) -> bool:
-    return (Path(task.path).name, task.sample) == (Path(entry.filepath).name, entry.sample)
-
-
 def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], planned: _Planned,
                  removed: Mapping[Path, Sequence[str]], entries: Sequence[_Entry], choices: Choices, how: Arguments,
-                 processes: int, rows: list[Row]) -> Iterator[Progress]:
+                 processes: int, rows: list[Row]) -> Iterator[tuple[float, str]]:
     """Change and save one part after the other."""
     total = sum(map(len, planned.values()))
     done, waiting = 0, [*planned.get(None, ())]
@@ -219,10 +185,10 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         made: list[str] = []
         for step in _do_tasks(todo, how, fit_arguments(choices), folder, processes,
                               partial(_make_material, context, choices, made, rows)):
-            yield Progress((done + step) / total, f"{done + step} of {total} fitted")
+            yield (done + step) / total, f"{done + step} of {total} fitted"
         done += len(todo)
         if made or unwanted:
-            yield Progress(done / max(total, 1), f"Writing {part.name}")
+            yield done / max(total, 1), f"Writing {part.name}"
             library_file.save_part(part, opened)
             is_written = True
         else:
@@ -253,6 +219,7 @@ def _do_tasks(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folde
                 worker.begin(job)
                 running.append((job, task, worker))
             yield len(todo) - len(waiting) - len(running)
+            time.sleep(_POLL_INTERVAL)
     finally:
         for worker in [*idle, *(worker for _, _, worker in running)]:
             worker.kill()

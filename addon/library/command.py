@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-import time
 from collections.abc import Iterable
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,18 +16,10 @@ from ..core.blender import osl_support
 from ..core.libraries import assets, library_file
 from ..core.shading import look
 from ..core.shading import material as materials
-from ..core.storage.properties import (
-    AUTOMATIC,
-    CHOICES,
-    NO_SPECULAR_LEVEL,
-    RENDERINGS,
-    Choices,
-    fit_arguments,
-    use_preset,
-)
+from ..core.storage import properties
 from ..core.storage.reading import load_arguments, scene_colours, use_reading
 from ..work import tasks
-from ..work.command import Row, get_report, quiet, summary
+from ..work.command import Row, get_report, quiet, run_steps, summary
 from ..work.discovery import Failure, Source, passed_over, sources_in
 from . import batch
 
@@ -67,7 +58,7 @@ def add(commands: Any) -> None:
 def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="PATH", help="files or folders of measurements")
     cli.add_fitting(parser)
-    parser.add_argument("--rendering", choices=[key for key, *_ in RENDERINGS], default=AUTOMATIC,
+    parser.add_argument("--rendering", choices=[key for key, *_ in properties.RENDERINGS], default=properties.AUTOMATIC,
                         help="how materials are rendered: exactly where Cycles has OSL, by closure nodes, or AUTO: "
                              "exactly where Cycles has OSL and by nodes elsewhere; default: %(default)s")
     cli.add_reading(parser, None)
@@ -86,11 +77,11 @@ def _shard(text: str) -> tuple[int, int]:
     return part, parts
 
 
-def _choices(options: argparse.Namespace) -> Choices:
-    choices: Choices = SimpleNamespace(**dict.fromkeys(CHOICES))
-    use_preset(choices, options.preset)
+def _choices(options: argparse.Namespace) -> properties.Choices:
+    choices = SimpleNamespace(**dict.fromkeys(properties.CHOICES))
+    properties.use_preset(choices, options.preset)
     for name, value in cli.level_arguments(options).items():
-        setattr(choices, name, NO_SPECULAR_LEVEL if value is None else value)
+        setattr(choices, name, properties.NO_SPECULAR_LEVEL if value is None else value)
     choices.use_tolerance = options.tolerance is not None
     choices.tolerance = options.tolerance if choices.use_tolerance else _DEFAULT_TOLERANCE
     choices.rendering = options.rendering
@@ -106,21 +97,11 @@ def _convert(options: argparse.Namespace) -> int:
     if parts > 1:       # all failures stay known to each part: it may hold older materials of those files
         sources = _share(sources, failures, part, parts)
         out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
-    total, report = len(sources), get_report(options)
+    report = get_report(options)
     with quiet():
         steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force,
                               options.prune, options.colours or scene_colours() or DEFAULT_COLOURS)
-        while True:
-            try:
-                progress = next(steps)
-            except StopIteration as end:
-                rows = end.value
-                break
-            if report:
-                report.progress(*progress)
-            else:
-                cli.show_progress(round(total * progress.fraction), max(total, 1), progress.doing)
-            time.sleep(0.02)
+        rows = run_steps(steps, report, len(sources))
     if report:
         report.result({"rows": rows, "path": str(out)})
     return summary(rows, out, may_be_empty)
@@ -153,7 +134,7 @@ def _render(options: argparse.Namespace) -> int:
         choices.filepath, choices.sample = path, sample
         try:
             with quiet():
-                made = tasks.outcome(path, sample, fit_arguments(choices), how=how)
+                made = tasks.outcome(path, sample, properties.fit_arguments(choices), how=how)
                 item = materials.create(made, choices, bpy.context)
                 look.render(scene, item, real_path(out) / f"{assets.file_name(item.name)}.png")
         except (ValueError, RuntimeError) as error:

@@ -1,4 +1,4 @@
-"""Saves a measured material as an asset, for use in other files."""
+"""Saves a measured material as an asset, and converts a folder of measurements to an asset library."""
 
 from pathlib import Path
 from typing import Any, cast
@@ -15,9 +15,13 @@ from ..core.libraries import assets, library_file
 from ..core.shading import material as materials
 from ..core.storage import paths
 from ..core.storage.outcomes import Shown
+from ..core.storage.properties import NO_SPECULAR_LEVEL
+from ..core.storage.reading import load_arguments
 from ..work import process, queries, tasks
 from ..work.blender_process import Command
-from ..work.modal import InBackground, errors_reported
+from ..work.command import DONE, Row
+from ..work.making import FromFolder
+from ..work.modal import InBackground, begin_another
 
 _REAL_ROOT = real_path(Path(__file__).parents[2])
 _THIS_FILE = "LOCAL"        # in the place of the path of a library
@@ -61,9 +65,8 @@ def _libraries(_operator: object, context: bpy.types.Context | None) -> list[tup
         return []
     own, extensions = preferences.get(context).asset_library, real_path(bpy.utils.user_resource("EXTENSIONS"))
     libraries = [(own, "Measured BRDF")] if own else []
-    libraries += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries
-              if each.path and extensions not in real_path(bpy.path.abspath(each.path)).parents
-              and _REAL_ROOT not in real_path(bpy.path.abspath(each.path)).parents]
+    libraries += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries if each.path
+                  and not {extensions, _REAL_ROOT} & {*real_path(bpy.path.abspath(each.path)).parents}]
     _items[:] = [(path, name, f"Save into {path}") for path, name in dict(libraries).items()]
     _items.append((_THIS_FILE, "Current File", "Make the material an asset of the open file"))
     return _items
@@ -109,9 +112,7 @@ in other files"""
             if directory == _THIS_FILE:
                 return self._mark_here(context)
             # the user has answered; start anew as a modal operator, so that the window stays responsive
-            with errors_reported(self):
-                bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=directory, force=self.force)
-            return {"CANCELLED"}
+            return begin_another(self, "save_asset", directory=directory, force=self.force)
         return self._mark_here(context) if self._path(context) is None else self.run(context)
 
     def _mark_here(self, context: bpy.types.Context) -> OperatorResult:
@@ -147,7 +148,9 @@ in other files"""
     def apply(self, context: bpy.types.Context, result: dict[str, Any]) -> None:
         path = Path(result["path"])
         self._folder.cleanup()
-        _add_library(context, path.parent)
+        libraries = context.preferences.filepaths.asset_libraries
+        if not any(real_path(bpy.path.abspath(known.path)) == real_path(path.parent) for known in libraries):
+            libraries.new(name="Measured BRDF", directory=str(path.parent))
         self.report({"INFO"}, f"{path} written")
 
     def _path(self, context: bpy.types.Context) -> Path | None:
@@ -165,10 +168,54 @@ def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
         return None
 
 
-def _add_library(context: bpy.types.Context, folder: Path) -> None:
-    libraries = context.preferences.filepaths.asset_libraries
-    if not any(real_path(bpy.path.abspath(known.path)) == real_path(folder) for known in libraries):
-        libraries.new(name="Measured BRDF", directory=str(folder))
+class MEASUREDBRDF_OT_convert_folder(FromFolder, ReplacesFile, InBackground, bpy.types.Operator):
+    """Make an asset library of all measurements in a folder: a .blend of materials with thumbnails. \
+The open file does not change"""
+
+    bl_idname = "measured_brdf.convert_folder"
+    bl_label = "Convert Folder to Asset Library"
+    bl_options = {"REGISTER"}
+
+    library: StringProperty(name="Library", subtype="FILE_PATH",
+                            description="The .blend to write. Empty: a .blend with the name of the folder, in the "
+                                        "asset library of the preferences, or in the folder itself")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        FromFolder.draw(self, context)
+        not_none(self.layout).prop(self, "library")
+
+    def begin(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        return self.confirm(event, self._path(context)) or self.start(context)
+
+    def work(self, context: bpy.types.Context) -> Command:
+        folder, path = self.checked_folder(), self._path(context)
+        self.check_replaceable(path)
+        level = "none" if self.specular_level == NO_SPECULAR_LEVEL else self.specular_level
+        options: list[object] = ["--preset", self.preset, "--rendering", self.rendering,
+                                 "--diffuse-level", self.diffuse_level, "--specular-level", level,
+                                 "--compression", round(self.compression, 4)]
+        if self.use_tolerance:
+            options += ["--tolerance", round(self.tolerance, 7)]
+        for name, value in load_arguments(self).items():
+            options += [] if value is None else [f"--{name.replace('_', '-')}", value]
+        return Command("convert", folder, "-o", path, *options, *self.force_option())
+
+    def apply(self, _context: bpy.types.Context, result: dict[str, Any]) -> None:
+        rows, path = [Row(*row) for row in result["rows"]], result["path"]
+        failed = [row for row in rows if row.status.startswith("failed")]
+        for row in failed:
+            self.report({"WARNING"}, f"{row.name} {row.status}")
+        for row in rows:
+            if row.doubts:
+                self.report({"WARNING"}, f"{row.name}: {'. '.join(row.doubts)}")
+        self.report({"INFO"}, f"{path}: {sum(row.status in DONE for row in rows)} materials; {len(failed)} files "
+                    "failed")
+
+    def _path(self, context: bpy.types.Context) -> Path:
+        """The library to write."""
+        folder = Path(bpy.path.abspath(self.directory))
+        home = Path(bpy.path.abspath(preferences.get(context).asset_library or str(folder)))
+        return Path(bpy.path.abspath(self.library)) if self.library else home / f"{folder.name}.blend"
 
 
-classes = (MEASUREDBRDF_OT_save_asset,)
+classes = (MEASUREDBRDF_OT_save_asset, MEASUREDBRDF_OT_convert_folder)

@@ -147,8 +147,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    if _keep_all in bpy.app.handlers.save_pre:
-        bpy.app.handlers.save_pre.remove(_keep_all)
+    bpy.app.handlers.save_pre.remove(_keep_all)
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import blf
 import bpy
 
+from ..core.blender.active_material import active_material
 from ..core.shading import material as materials
 from ..work.job import Job
 
@@ -35,23 +36,36 @@ class MaterialPanel:
         return context.material is not None and bool(context.material.measured_brdf.filepath)
 
 
+class SubPanel(MaterialPanel):
+    """A mix-in for closed panels below the main one, shown where a material is measured, or a mix of such."""
+
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and materials.is_shown(context.material)
+
+
 def has_data(context: bpy.types.Context) -> bool:
     """Whether the material of the context has a file of measurements, or a measured BRDF to show."""
     material = getattr(context, "material", None)
     return material is not None and (bool(material.measured_brdf.filepath) or materials.is_shown(material))
 
 
+def has_measured(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """For `poll`: whether the active material is measured, or a mix of such."""
+    target = active_material(context)
+    if target is None or not materials.is_shown(target):
+        cls.poll_message_set("There is no active material with a measured BRDF")
+        return False
+    return True
+
+
 def name_beside_value(layout: bpy.types.UILayout) -> None:
     """Draw properties as Blender's panels do, without the dots of keyframes."""
     layout.use_property_split = True
     layout.use_property_decorate = False
-
-
-def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
-    """Draw texts beside one another, in columns of equal width."""
-    row = layout.row()
-    for text in texts:
-        row.label(text=text)
 
 
 def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR") -> None:
@@ -103,7 +117,6 @@ def _lines(text: str, width: int, size: float, breaks_words: bool) -> tuple[str,
     return _broken(text, _LEAST, breaks_words)
 
 
-@lru_cache(maxsize=4096)
 def _broken(text: str, characters: int, breaks_words: bool) -> tuple[str, ...]:
     return tuple(textwrap.wrap(text, characters, break_long_words=breaks_words))
 

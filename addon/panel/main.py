@@ -18,8 +18,7 @@ from ..core.storage.properties import label_of_fit, quality_summary
 from ..work import modal, queries
 from . import rendering
 from .layout import MaterialPanel, draw_picture, draw_wrapped, has_data, name_beside_value, picture_scale
-from .local import MEASUREDBRDF_OT_make_local
-from .update import MEASUREDBRDF_OT_update_materials
+from .update import MEASUREDBRDF_OT_make_local, MEASUREDBRDF_OT_update_materials
 
 start_buttons: list[Callable[[bpy.types.UILayout], None]] = []
 """Draw the buttons by which users begin, beside one another."""

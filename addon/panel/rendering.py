@@ -14,7 +14,7 @@ from ..core.shading import export_surface, node_group, rendered
 from ..core.shading import material as materials
 from ..core.storage.properties import AUTOMATIC, RENDERINGS
 from .fixes import MEASUREDBRDF_OT_fix_setting
-from .layout import MaterialPanel, choices, draw_wrapped, fits
+from .layout import SubPanel, choices, draw_wrapped, fits
 
 export_buttons: list[Callable[[bpy.types.UILayout], None]] = []
 """Draw how a material leaves Blender by another way than its exporters."""
@@ -74,17 +74,11 @@ class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
+class MEASUREDBRDF_PT_rendering(SubPanel, bpy.types.Panel):
     """Exact or Nodes, and a list of wrong settings, each with a Fix button"""
 
     bl_label = "Rendering"
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 50
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and materials.is_shown(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material, scene = not_none(self.layout), not_none(context.material), not_none(context.scene)

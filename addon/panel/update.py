@@ -1,13 +1,15 @@
-"""Updates materials that an older version of the extension made."""
+"""Materials from elsewhere: those of an older version are updated, those of another file made local."""
 
 from collections.abc import Sequence
 from functools import partial
 
 import bpy
 
-from ..core.annotations import not_none
+from ..core.annotations import OperatorResult, not_none
+from ..core.blender.active_material import active_material, can_change
 from ..core.blender.transaction import by_session_uid
 from ..core.shading import compiler, material
+from ..core.storage import paths
 from ..core.storage.outcomes import EmbeddedFit
 from ..work import process, queries, tasks
 from ..work.modal import InBackground, Steps
@@ -58,4 +60,23 @@ The fits do not change, and the measurements are not needed"""
         self.report({"INFO"}, f"{updated} materials updated")
 
 
-classes = (MEASUREDBRDF_OT_update_materials,)
+class MEASUREDBRDF_OT_make_local(bpy.types.Operator):
+    """Make this material part of this file, so that it can be changed. Its file stays as it is"""
+
+    bl_idname = "measured_brdf.make_local"
+    bl_label = "Make Local"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        target = active_material(context)
+        return target is not None and not can_change(target)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        target = not_none(active_material(context))
+        path = paths.absolute(target)
+        target.make_local(clear_liboverride=True).measured_brdf.filepath = path
+        return {"FINISHED"}
+
+
+classes = (MEASUREDBRDF_OT_update_materials, MEASUREDBRDF_OT_make_local)

@@ -3,9 +3,8 @@
 from ..core import manual
 from ..core.registration import Registration
 from ..panel import main, menu
-from ..work import command as commands
-from ..work import icons
-from . import command, compiling, operators, panel, shelf
+from ..work import command, icons
+from . import compiling, operators, panel, shelf, starter
 
 _ENTRY = menu.entries(
     (operators.MEASUREDBRDF_OT_translucent_material, "Translucent Measured BRDF"),
@@ -16,6 +15,6 @@ _TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_publishe
            *manual.over_settings("manual#your-data-folder", "measuredshelf", "data_search"),
            *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))
 _slice = Registration(operators, panel, compiling, additions=(
-    (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (commands.commands, command.add),
+    (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (command.commands, starter.add_command),
     (main.start_buttons, panel.draw_button), (icons.sample_icons, shelf.sample_icon)))
 register, unregister = _slice.register, _slice.unregister

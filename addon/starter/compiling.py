@@ -50,11 +50,8 @@ def _is_waiting(material: bpy.types.Material) -> bool:
         return False
     node = materials.group_node(material)
     return (node is not None and not node_group.is_compiled(node.node_tree) and node.node_tree.is_editable
-            and node.node_tree.session_uid not in _failed and ready.is_there(name) and _is_used(material))
-
-
-def _is_used(material: bpy.types.Material) -> bool:
-    return any(slot.material == material for item in bpy.context.scene.objects for slot in item.material_slots)
+            and node.node_tree.session_uid not in _failed and ready.is_there(name)
+            and any(slot.material == material for item in bpy.context.scene.objects for slot in item.material_slots))
 
 
 def _tick() -> None:

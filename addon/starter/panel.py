@@ -172,15 +172,9 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
 def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.FolderEntry, how: dict[str, str]) -> None:
     icon, error = shelf.measurement_icon(measurement, how) if measurement.has_picture else (0, None)
     meanwhile = "ERROR" if error is not None else "FILE" if not measurement.has_picture else "TIME"
-    lines = on_buttons(measurement.label, _columns())
-    for button in _draw_buttons(cell, lines, _IMPORT, icon or _icon(meanwhile)):
+    for button in (picture_button(cell, _IMPORT, icon or _icon(meanwhile), _THUMBNAIL_SCALE),
+                   *(cell.operator(_IMPORT, text=line) for line in on_buttons(measurement.label, _columns()))):
         button.filepath, button.sample = measurement.path, measurement.sample
-
-
-def _draw_buttons(cell: bpy.types.UILayout, lines: tuple[str, ...], operator: str, icon_id: int,
-                  scale: float = _THUMBNAIL_SCALE) -> list[Any]:
-    """A picture, and a name below it: buttons, whose properties are returned."""
-    return [picture_button(cell, operator, icon_id, scale), *(cell.operator(operator, text=line) for line in lines)]
 
 
 def _draw_finishes(cell: bpy.types.UILayout, group: list[PublishedMaterial], lines: tuple[str, ...], scale: float,

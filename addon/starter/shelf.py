@@ -3,7 +3,7 @@
 Everything is asked of workers (`work.queue`); what is drawn meanwhile is what is known.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
@@ -143,8 +143,16 @@ def watch_folder(folder: str) -> Job[list[thumbnails.FolderEntry]]:
 
 def measurement_icon(measurement: thumbnails.FolderEntry, how: Arguments) -> tuple[int, Exception | None]:
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
-    return _icon(("watched", *measurement, tasks.freeze(how)),
-                 lambda folder: partial(thumbnails.measurement_picture, measurement, folder, how), "slow")
+    key: icons.Key = ("watched", *measurement, tasks.freeze(how))
+    if key in _icons:
+        return _icons.known(key), None
+    if key in _failed:
+        return 0, _failed[key]
+    work = partial(thumbnails.measurement_picture, measurement, str(user_folder("thumbnails")), how)
+    job = queue.ask(("thumbnail", *key), work, "slow", then=lambda done: _icons.add(key, not_none(done.result)))
+    if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
+        _failed[key] = job.error
+    return _icons.known(key), job.error
 
 
 def sample_icon(path: str, sample: str) -> int:
@@ -168,20 +176,6 @@ def sample_icon(path: str, sample: str) -> int:
 def _keep_sample(key: icons.Key, job: Job[SingleArray]) -> None:
     _icons.add(key, not_none(job.result))
     _undrawn.discard(key)
-
-
-def _icon(key: icons.Key, work: Callable[[str], Callable[[], SingleArray]],
-          lane: str) -> tuple[int, Exception | None]:
-    """An icon, 0 until it has been drawn, by what `work` makes of the folder of thumbnails; and why it cannot be."""
-    if key in _icons:
-        return _icons.known(key), None
-    if key in _failed:
-        return 0, _failed[key]
-    job = queue.ask(("thumbnail", *key), work(str(user_folder("thumbnails"))), lane,
-                    then=lambda done: _icons.add(key, not_none(done.result)))
-    if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
-        _failed[key] = job.error
-    return _icons.known(key), job.error
 
 
 def _keep_library(job: Job[dict[str, SingleArray]]) -> None:

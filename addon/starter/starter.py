@@ -6,8 +6,9 @@ there is none, or where this Blender is too old to read it.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -15,13 +16,14 @@ from ...fitter.colours import DEFAULT_COLOURS
 from ...fitter.imaging.pictures import thumbnail
 from ...fitter.library import ready
 from ...fitter.model import published
-from ...fitter.storage.files import replace_file
+from ...fitter.storage.files import real_path, replace_file
 from ..core.annotations import not_none
 from ..core.blender import previews
 from ..core.libraries import assets, library_file
 from ..core.shading import material as materials
 from ..core.shading.compiler import Shader
 from ..core.storage.properties import FIT_LEVELS, Choices, default_choices, use_preset
+from ..work.command import get_report, quiet, run_steps
 from . import shelf, thumbnails, work
 
 LIBRARY_NAME = "Measured BRDF Starter Library"
@@ -60,7 +62,7 @@ def offer(context: bpy.types.Context, path: Path) -> None:
     known.import_method = "APPEND"          # what is linked or packed cannot be adjusted, nor rendered with OSL
 
 
-def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
+def build(out: Path, only_ready: bool = False) -> Generator[tuple[float, str], None, None]:
     """Write the library into a folder, in this Blender, which must have no other file open: yields (fraction, doing).
 
     With `only_ready` it holds those materials alone whose fits have been made beforehand.
@@ -84,6 +86,25 @@ def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
         assets.write_catalogue(out, [assets.CATALOGUE, _STARTER_CATALOGUE, *sorted(kinds)])
         with replace_file(out / _VERSION_FILE, "w") as stream:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
+
+
+def add_command(commands: Any) -> None:
+    """Add the command that writes the library to the parsers of all."""
+    library = commands.add_parser("starter", help="write the starter library, an asset library of published fits")
+    library.add_argument("-o", "--out", required=True, help="the folder to write")
+    library.add_argument("--only-ready", action="store_true", help="only the materials whose fits have been made")
+    library.set_defaults(run=_run_command, opens_files=True)
+
+
+def _run_command(options: Any) -> int:
+    out = real_path(options.out)
+    out.mkdir(parents=True, exist_ok=True)
+    report = get_report(options)
+    with quiet():
+        run_steps(build(out, options.only_ready), report, 100)
+    if report:
+        report.result({"path": str(out), "rows": []})
+    return 0
 
 
 def starter_choices(wanted: published.PublishedMaterial) -> Choices:

@@ -21,7 +21,7 @@ from ...fitter.model import published
 from ...fitter.storage.files import replace_file
 from ..core import versions
 from ..core.annotations import Arguments
-from ..work import discovery, tasks
+from ..work import discovery, shared, tasks
 from ..work.recent import Recent
 
 SIZE = 128
@@ -34,21 +34,12 @@ _known: 'Recent[tuple[Path, tuple[int, int]], list["FolderEntry"]]' = Recent(1 <
 
 
 class FolderEntry(NamedTuple):
-    """A measurement in a folder, or a file that cannot be read.
-
-    Attributes
-    ----------
-    path, sample : str
-    stamp : (int, int)
-        Its `formats.time_and_size`.
-    error : str
-        Why it cannot be read; empty if it can.
-    """
+    """A measurement in a folder, or a file that cannot be read."""
 
     path: str
     sample: str
-    stamp: tuple[int, int]
-    error: str = ""
+    stamp: tuple[int, int]      # its `formats.time_and_size`
+    error: str = ""             # why it cannot be read
 
     @property
     def label(self) -> str:
@@ -131,11 +122,5 @@ def _cached_picture(folder: Path, key: tuple[object, ...], draw: Callable[[], Si
         folder.mkdir(parents=True, exist_ok=True)
         with replace_file(path) as stream:
             np.save(stream, picture, allow_pickle=False)
-        _forget_oldest(folder)
+        shared.forget_oldest(folder, "*.npy", _KEPT_PICTURES)
     return (picture / 255).astype(np.float32)
-
-
-def _forget_oldest(folder: Path) -> None:
-    stored = sorted(folder.glob("*.npy"), key=lambda path: path.stat().st_mtime_ns)
-    for path in stored[:-_KEPT_PICTURES]:
-        path.unlink(missing_ok=True)

@@ -5,12 +5,11 @@ It runs a command of `command`, which writes its progress and its result into fi
 
 import json
 import os
-import subprocess
 import sys
 import threading
 import time
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import Any
 
 import bpy
 
@@ -44,19 +43,16 @@ class Report:
             json.dump(value, stream)
 
 
-class BlenderProcess:
+class BlenderProcess(process.ChildProcess):
     """A process that runs one command; a worker of `process.Job`."""
 
     def __init__(self, arguments: tuple[object, ...]) -> None:
-        self._folder = process.temporary()
+        super().__init__()
         # whatever it leaves if it is killed lies in the folder of this Blender, too
-        environment = {"PYTHONPATH": "", shared.WORKERS_FOLDER: process.folder(),
-                       **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder.name)}
+        environment = {"PYTHONPATH": "", **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder.name)}
         with open(Path(self._folder.name, "log"), "wb") as log:
-            self._process = subprocess.Popen(
-                [*_command_line(), "--report-to", self._folder.name, *map(str, arguments)], stdin=subprocess.PIPE,
-                stdout=log, stderr=subprocess.STDOUT, creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-                env=os.environ | environment)
+            self._start([*_command_line(), "--report-to", self._folder.name, *map(str, arguments)], environment,
+                        stdout=log, stderr=log)
 
     def poll(self, job: Job[Any]) -> None:
         """Update the job's progress, and its result once the process has ended."""
@@ -69,24 +65,10 @@ class BlenderProcess:
                 if "error" in result:
                     job.error = CommandError(result["error"])
             except (OSError, ValueError):
-                job.error = WorkerError(f"Blender ended early, with exit code {self._process.returncode}"
-                                        f"{self._last_lines()}")
+                log = Path(self._folder.name, "log").read_text("utf-8", "replace").strip().splitlines()
+                said = ": " + " / ".join(log[-_LAST_LINES:]) if log else ""
+                job.error = WorkerError(f"Blender ended early, with exit code {self._process.returncode}{said}")
             self.kill()
-
-    def is_alive(self) -> bool:
-        """Whether the process runs."""
-        return self._process.poll() is None
-
-    def kill(self) -> None:
-        """End the process."""
-        self._process.kill()
-        cast(IO[bytes], self._process.stdin).close()
-        self._process.wait()
-        self._folder.cleanup()
-
-    def _last_lines(self) -> str:
-        log = Path(self._folder.name, "log").read_text("utf-8", "replace").strip().splitlines()[-_LAST_LINES:]
-        return ": " + " / ".join(log) if log else ""
 
 
 class Command:

@@ -6,15 +6,17 @@ Slices add their commands.
 import argparse
 import contextlib
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import bpy
 
 from ...fitter import cli, interrupts, progress
 from ..core.storage.reading import scene_colours
 from .blender_process import Command, CommandError, Report
+
+_Result = TypeVar("_Result")
 
 commands: list[Callable[[Any], None]] = []
 """Functions that add a command to what `add_subparsers` returns. It has `run`, which takes the options and returns the
@@ -72,6 +74,23 @@ def build_parser() -> argparse.ArgumentParser:
 def get_report(options: argparse.Namespace) -> Report | None:
     """Where a command tells its progress and its result, if another Blender has started it."""
     return None if options.report_to is None else Report(options.report_to)
+
+
+def run_steps(steps: Generator[tuple[float, str], None, _Result], report: Report | None, total: int) -> _Result:
+    """Do work in steps, each of which tells (fraction, doing): the result.
+
+    The progress goes to the Blender that waits for it, else to the terminal, as a number of all `total`.
+    """
+    while True:
+        try:
+            fraction, doing = next(steps)
+        except StopIteration as end:
+            result: _Result = end.value
+            return result
+        if report:
+            report.progress(fraction, doing)
+        else:
+            cli.show_progress(round(total * fraction), max(total, 1), doing)
 
 
 def answering(name: str, answer: Callable[[Path], None]) -> Callable[[Any], None]:

@@ -15,7 +15,6 @@ from .recent import Recent
 Key = tuple[Any, ...]
 sample_icons: list[Callable[[str, str], int]] = []
 """Of a file and the name of a sample in it the small icon: added by the slice that draws measurements."""
-_Picture = SingleArray | tuple[SingleArray, Any]
 
 
 class Icons:
@@ -62,18 +61,20 @@ _icons = Icons(48)
 register, unregister = _icons.register, _icons.unregister
 
 
-def icon(key: Key, function: Callable[[], Any], lane: str = "fit",
-         latest: bool = False) -> tuple[int, Job[Any]]:
+def icon(key: Key, function: Callable[[], Any], latest: bool = False) -> tuple[int, Job[Any]]:
     """The icon of a picture, which is drawn in the background when first asked for, and its job.
 
     Until there is one, the icon is that of an earlier picture of this kind and subject, the first two parts of the key,
-    or 0. The function returns (size, size, 4) float32, or a tuple that begins with it; it and the lane are as
-    `queue.ask` takes them. With `latest`, earlier pictures of this kind and subject that wait to be drawn are not
-    wanted any more.
+    or 0. The function returns (size, size, 4) float32, or a tuple that begins with it. With `latest`, earlier pictures
+    of this kind and subject that wait to be drawn are not wanted any more.
     """
+    def make(done: Job[Any]) -> None:
+        picture: Any = done.result
+        _icons.add(key, picture[0] if isinstance(picture, tuple) else picture)
+
     if latest:
         queue.forget(lambda other: isinstance(other, tuple) and other[:2] == key[:2] and other != key)
-    job = queue.ask(key, function, lane, then=lambda done: _make_icon(key, done))
+    job = queue.ask(key, function, then=make)
     return _icons.known(key) or _icons.earlier(key), job
 
 
@@ -82,8 +83,3 @@ def at_once(key: Key, draw: Callable[[], SingleArray | None]) -> int:
     if key not in _icons and (picture := draw()) is not None:
         _icons.add(key, picture)
     return _icons.known(key)
-
-
-def _make_icon(key: Key, job: Job[_Picture]) -> None:
-    picture: Any = job.result
-    _icons.add(key, picture[0] if isinstance(picture, tuple) else picture)

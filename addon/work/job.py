@@ -8,6 +8,7 @@ import contextlib
 import math
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -24,38 +25,23 @@ class AnyWorker(Protocol):
     def kill(self) -> None: ...
 
 
+@dataclass(eq=False)
 class Job(Generic[_Result]):
     """A piece of work, its progress and its result.
 
-    Attributes
-    ----------
-    function : callable, or None
-        Of no parameters. It and its result can be pickled, and it tells `fitter.progress` how far it is. None for
-        a Blender process.
-    worker : AnyWorker, or None
-        None until the job begins.
-    number : int
-        Of the job, for its `Worker`.
-    fraction, doing : float, str
-        The progress.
-    result, error
-        What the function returned, or the exception that it raised.
-    finished : float, or None
-        When, by `time.monotonic`.
-    asked : float
-        When a panel last asked for the result.
+    The function and its result can be pickled, and it tells `fitter.progress` how far it is.
     """
 
-    def __init__(self, function: Callable[[], _Result] | None) -> None:
-        self.function = function
-        self.worker: AnyWorker | None = None
-        self.number = 0
-        self.fraction, self.doing = 0.0, "Starting"
-        self.result: _Result | None = None
-        self.error: Exception | None = None
-        self.finished: float | None = None
-        self.asked = 0.0
-        self._began: float | None = None
+    function: Callable[[], _Result] | None      # None for a Blender process
+    worker: AnyWorker | None = None     # None until the job begins
+    number: int = 0                     # of the job, for its `Worker`
+    fraction: float = 0.0
+    doing: str = "Starting"
+    result: _Result | None = None
+    error: Exception | None = None      # that the function raised
+    finished: float | None = None       # when, by `time.monotonic`
+    asked: float = 0.0                  # when a panel last asked for the result
+    _began: float | None = None
 
     def left(self, now: float) -> str:
         """How long the rest takes at the pace so far, for users; empty while too little is known of the pace.

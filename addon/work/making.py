@@ -13,18 +13,8 @@ from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender import targets
 from ..core.shading import compiler, material, rendered
-from ..core.storage import edits
+from ..core.storage import edits, properties
 from ..core.storage.outcomes import Outcome
-from ..core.storage.properties import (
-    CHOICES,
-    FIT_LEVELS,
-    OFFERED,
-    FitChoices,
-    draw_presets,
-    draw_rendering,
-    quality_summary,
-    use_preset,
-)
 from ..core.storage.reading import draw_reading
 from .discovery import GLOB, files_in, passed_over
 from .modal import AsksForPath, InBackground, Steps
@@ -67,12 +57,11 @@ class MakesMaterials(HasTarget, InBackground):
     def prepare(self, outcomes: Outcomes) -> Steps:
         prepared: list[tuple[str, str, Outcome | ValueError, compiler.Shader | None]] = []
         for number, (path, sample, outcome) in enumerate(outcomes):
-            if isinstance(outcome, Exception):
-                prepared.append((path, sample, outcome, None))
-            else:
+            shader = None
+            if not isinstance(outcome, Exception):
                 yield 0.95 + 0.05 * number / len(outcomes), f"Compiling {outcome.measured.name}"
-                prepared.append((path, sample, outcome,
-                                 compiler.compile_surface(outcome.surface)))
+                shader = compiler.compile_surface(outcome.surface)
+            prepared.append((path, sample, outcome, shader))
         return prepared
 
     def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:
@@ -80,7 +69,7 @@ class MakesMaterials(HasTarget, InBackground):
         failed = [outcome for _, _, outcome, _ in prepared if isinstance(outcome, Exception)]
         if len(failed) == len(prepared):
             raise failed[0]
-        choices = SimpleNamespace(**{name: getattr(self, name) for name in CHOICES})
+        choices = SimpleNamespace(**{name: getattr(self, name) for name in properties.CHOICES})
         for path, sample, outcome, shader in prepared:
             if not isinstance(outcome, Exception):
                 choices.filepath, choices.sample = path, sample
@@ -89,7 +78,7 @@ class MakesMaterials(HasTarget, InBackground):
                     sliders.move(made[-1], outcome.surface.edit)
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
-        judged = [(item.name, quality_summary(item.measured_brdf)) for item in made]
+        judged = [(item.name, properties.quality_summary(item.measured_brdf)) for item in made]
         first, is_one = judged[0][1], len(made) == 1
         told = f"{made[0].name}: {first.whole}" if is_one else f"{len(made)} materials; {len(failed)} files failed"
         how = rendered.advice(made[0], not_none(context.scene))
@@ -108,7 +97,7 @@ class MakesMaterials(HasTarget, InBackground):
             show_first(context, made)
 
 
-class FromFolder(FitChoices, AsksForPath):
+class FromFolder(properties.FitChoices, AsksForPath):
     """A mix-in for operators that fit the measurements of a folder."""
 
     directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
@@ -142,33 +131,34 @@ def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
     Choices that the operator was called with before are forgotten: they were for another file.
     """
     chosen = _says_how_to_fit(operator)
-    for name in CHOICES:
+    for name in properties.CHOICES:
         if not operator.properties.is_property_set(name):
             operator.properties.property_unset(name)
     if not chosen:
-        use_preset(operator, preferences.get(context).preset)
+        properties.use_preset(operator, preferences.get(context).preset)
 
 
 def begin_as_script(operator: Any) -> None:
     """Use the preset Standard if a script gave neither a preset nor levels; levels alone are the method of 2002."""
     if not _says_how_to_fit(operator):
-        use_preset(operator, OFFERED[0])
+        properties.use_preset(operator, properties.OFFERED[0])
 
 
 def _says_how_to_fit(operator: Any) -> bool:
-    return any(operator.properties.is_property_set(name) for name in ("preset", "use_tolerance", *FIT_LEVELS))
+    names = "preset", "use_tolerance", *properties.FIT_LEVELS
+    return any(map(operator.properties.is_property_set, names))
 
 
 def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_sample: bool = False) -> None:
     """Draw how a file or a folder is read and fitted."""
-    draw_presets(layout, operator)
+    properties.draw_presets(layout, operator)
     if with_sample:
         layout.prop(operator, "sample")
-    draw_rendering(layout, operator)
+    properties.draw_rendering(layout, operator)
     header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
     header.label(text="Fit Settings")
     if body is not None:
-        for name in (*FIT_LEVELS, "use_tolerance", "tolerance"):
+        for name in (*properties.FIT_LEVELS, "use_tolerance", "tolerance"):
             row = body.row()
             row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
             row.prop(operator, name)

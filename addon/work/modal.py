@@ -16,7 +16,6 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ...fitter import DatasetError
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.blender import transaction
 from ..core.shading import compiler
@@ -26,8 +25,7 @@ from .job import Job, Work
 Steps = Generator[tuple[float, str], None, Any]
 """Work in pieces: yields (fraction, doing) after each, and returns its result."""
 
-EXPECTED_ERRORS = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
-                   OSError)
+EXPECTED_ERRORS = compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError, OSError
 
 running: Job[Any] | None = None             # the job whose progress the panel shows
 waiting: list[Work] = []                    # what begins when it has ended, one after the other
@@ -205,6 +203,13 @@ def errors_reported(operator: bpy.types.Operator) -> Iterator[None]:
         operator.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
 
 
+def begin_another(operator: bpy.types.Operator, name: str, **options: Any) -> OperatorResult:
+    """Begin another operator of the extension, in the place of one that ends: what that returns."""
+    with errors_reported(operator):
+        getattr(bpy.ops.measured_brdf, name)("INVOKE_DEFAULT", **options)
+    return {"CANCELLED"}
+
+
 class AsksForPath(InBackground):
     """A mix-in for operators that ask for files or a folder, unless they are given them."""
 
@@ -224,10 +229,7 @@ class AsksForPath(InBackground):
         # called by the file browser or a dialog, it starts anew as a modal operator: the window stays responsive
         if not self.options.is_invoke or self.options.is_repeat or bpy.app.background:
             return self.run(context)
-        again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
-        with errors_reported(self):
-            again("INVOKE_DEFAULT", **self.given())
-        return {"CANCELLED"}
+        return begin_another(self, type(self).__name__.partition("_OT_")[2], **self.given())
 
     def given(self) -> dict[str, Any]:
         """What the operator was given, for another that goes on with it."""
@@ -257,11 +259,7 @@ def stop() -> None:
 
 @persistent
 def _on_load(_file: object) -> None:
-    _stop_all()                     # the file that the jobs were for is being closed
-
-
-def _stop_all() -> None:
-    waiting.clear()
+    waiting.clear()                 # the file that the jobs were for is being closed
     stop()
 
 
@@ -274,4 +272,4 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.app.handlers.load_pre.remove(_on_load)
-    _stop_all()
+    _on_load(None)

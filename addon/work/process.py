@@ -1,6 +1,6 @@
 """Worker processes, so that Blender's window stays responsive.
 
-A worker is a process that does one `Job` at a time. Each has a name; `start` gives a job to the operators' worker.
+A worker is a process that does one `Job` at a time. Each has a name.
 """
 
 import contextlib
@@ -10,16 +10,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO, Any, TypeVar, cast
+from typing import IO, Any, cast
 
 import bpy
 
 from . import shared
 from .job import Job, read_progress
-
-_Result = TypeVar("_Result")
 
 ENDED_EARLY = "The fitting process has ended early: it was killed, or memory ran out"
 _WORKER_SCRIPT = Path(__file__).with_name("worker.py")
@@ -30,20 +28,42 @@ class WorkerError(RuntimeError):
     """The worker process ended early: it was killed, or memory ran out."""
 
 
-class Worker:
-    """A process that does one job at a time, and the folder into which it writes its answers."""
+class ChildProcess:
+    """A process that this Blender has started, and the temporary folder into which it writes."""
 
     def __init__(self) -> None:
         self._folder = temporary()
+
+    def _start(self, command: Sequence[str], environment: dict[str, str], **streams: Any) -> None:
+        """Run a command with these variables in its environment, and the streams of `subprocess.Popen`."""
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, **streams,
+                                         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+                                         env=os.environ | {shared.WORKERS_FOLDER: folder()} | environment)
+        self._input = cast(IO[bytes], self._process.stdin)
+
+    def is_alive(self) -> bool:
+        """Whether the process runs."""
+        return self._process.poll() is None
+
+    def kill(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._input.close()
+        self._process.wait()
+        self._folder.cleanup()
+
+
+class Worker(ChildProcess):
+    """A process that does one job at a time, and writes its answers into its folder."""
+
+    def __init__(self) -> None:
+        super().__init__()
         root = Path(__file__).parents[2]
         # -P: modules beside the script must not be importable by their bare names
         command = [sys.executable, *bpy.app.python_args, "-P", str(_WORKER_SCRIPT), _PACKAGE, str(root),
                    self._folder.name]
         # several workers share the processors with Blender, so each uses one
-        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.WORKERS_FOLDER: folder()}
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment,
-                                         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
-        self._input = cast(IO[bytes], self._process.stdin)
+        self._start(command, {"OPENBLAS_NUM_THREADS": "1"})
         self._count = 0
 
     def begin(self, job: Job[Any]) -> None:
@@ -70,27 +90,9 @@ class Worker:
         else:
             read_progress(Path(self._folder.name, f"{job.number}.progress"), job)
 
-    def is_alive(self) -> bool:
-        """Whether the process runs."""
-        return self._process.poll() is None
-
-    def kill(self) -> None:
-        """End the process."""
-        self._process.kill()
-        self._input.close()
-        self._process.wait()
-        self._folder.cleanup()
-
 
 _workers: dict[str, Worker] = {}
 _folder: "tempfile.TemporaryDirectory[str] | None" = None
-
-
-def start(function: Callable[[], _Result]) -> Job[_Result]:
-    """Begin function() in the operators' worker."""
-    job = Job(function)
-    worker("operator").begin(job)
-    return job
 
 
 class Calculation:
@@ -101,7 +103,9 @@ class Calculation:
 
     def start(self) -> Job[Any]:
         """Begin in the operators' worker."""
-        return start(self._function)
+        job = Job(self._function)
+        worker("operator").begin(job)
+        return job
 
     def run(self) -> Any:
         """Call the function here and now."""

@@ -93,7 +93,10 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
     stored = cast(EmbeddedFit | KeptMix, shown_fits(material))
     as_it_is = isinstance(stored, KeptMix) or edits.is_as_wanted(material)
     icon, job = lit_sphere(material.session_uid, stored, None if as_it_is else edits.edit_arguments(material))
-    return icon or _small_sphere(material), job
+    text = material.measured_brdf.sphere
+    if not icon and text:
+        icon = icons.at_once(("small sphere", hash(text)), lambda: unpack(text))
+    return icon, job
 
 
 def shown_fits(material: bpy.types.Material, masked: float | None = None) -> EmbeddedFit | KeptMix | None:
@@ -141,12 +144,6 @@ def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
     settings = material.measured_brdf
     space = settings.colours if settings.colours in COLOURS else DEFAULT_COLOURS
     return EmbeddedFit(node_group.kept_fit(not_none(node.node_tree)), settings.name_of_data, space)
-
-
-def _small_sphere(material: bpy.types.Material) -> int:
-    """The icon of the small picture that a material keeps; 0 where there is none."""
-    text = material.measured_brdf.sphere
-    return icons.at_once(("small sphere", hash(text)), lambda: unpack(text)) if text else 0
 
 
 def _key(kind: str, measured: Data, arguments: Arguments) -> tuple[str, str, str]:

@@ -43,19 +43,21 @@ class _Lane:
         """All questions without an answer."""
         return [*self.queue, self.running] if self.running else self.queue
 
+    def drop(self, question: _Question) -> None:
+        """Drop a question; a worker that is answering it ends."""
+        if _answers.get(question.key) is question.job:
+            del _answers[question.key]
+        if question is self.running:
+            self.running = None
+            question.job.cancel()
+        else:
+            self.queue.remove(question)
+
     def drop_unwanted(self, now: float) -> None:
         """Drop the questions that panels no longer ask."""
         for question in self.pending()[:]:
-            key, job, _ = question
-            if now - job.asked < _UNWANTED:
-                continue
-            if _answers.get(key) is job:
-                del _answers[key]
-            if question is self.running:
-                self.running = None
-                job.cancel()
-            else:
-                self.queue.remove(question)
+            if now - question.job.asked >= _UNWANTED:
+                self.drop(question)
 
     def poll(self) -> bool:
         """Store an answer and start the next question: whether there was an answer."""
@@ -103,20 +105,7 @@ def forget(is_unwanted: Callable[[Hashable], bool]) -> None:
     """Drop the questions that wait and are not wanted any more, by their keys; one that is being answered is left."""
     for lane in _lanes.values():
         for question in [each for each in lane.queue if is_unwanted(each.key)]:
-            lane.queue.remove(question)
-            if _answers.get(question.key) is question.job:
-                del _answers[question.key]
-
-
-def answer_all() -> None:
-    """Answer every question now, in this process: for scripts, in which no timer runs."""
-    for lane in _lanes.values():
-        while lane.queue:
-            question = lane.queue.pop(0)
-            job = question.job
-            if job.function is not None:
-                job.result, job.finished = job.function(), time.monotonic()
-            _keep(question)
+            lane.drop(question)
 
 
 def redraw() -> None:

@@ -42,7 +42,7 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
             result = work()
         with contextlib.suppress(OSError), replace_file(path) as stream:
             pickle.dump(result, stream)
-    _forget_oldest(path.parent)
+    forget_oldest(path.parent, "*.result", _KEPT_RESULTS)
     return result
 
 
@@ -62,11 +62,11 @@ def _progress_path(path: Path) -> Path:
     return path.with_suffix(".progress")
 
 
-def _forget_oldest(folder: Path) -> None:
+def forget_oldest(folder: Path, pattern: str, kept: int) -> None:
+    """Remove the files of a pattern in a folder but those that were written or used last."""
     with contextlib.suppress(OSError):      # another process may be at it, too
-        results = sorted(folder.glob("*.result"), key=lambda each: each.stat().st_mtime)
-        for path in results[:-_KEPT_RESULTS]:
-            path.unlink()
+        for path in sorted(folder.glob(pattern), key=lambda each: each.stat().st_mtime_ns)[:-kept]:
+            path.unlink(missing_ok=True)
 
 
 # Some file systems have no locks, and say so by another error than that a file is locked: there, two processes may do

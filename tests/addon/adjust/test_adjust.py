@@ -6,27 +6,28 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.adjust import operators as adjust
+from measured_brdf.addon.core import versions
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import node_group
+from measured_brdf.addon.core.storage import edits
+from measured_brdf.addon.core.storage.properties import quality_summary
 
 import fitter
+from fitter.library.variations import variation
 from support.cases import quick, release
-from support.stage import black_scene
 
 
 @pytest.fixture
-def material(blender, curet):
+def material(blender, cube, curet):
     """A material of felt, Draft, on a cube; its measurements are in the file."""
     path = curet("felt").source
-    black_scene(16, 16, samples=8, span=1)
-    blender.ops.mesh.primitive_cube_add()
     assert blender.ops.measured_brdf.import_data(filepath=path, sample="felt", preset="Draft") == {"FINISHED"}
-    return blender.context.object.active_material
+    return cube.active_material
 
 
 def shown(material):
     """The fit that a material keeps."""
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.core.shading import node_group
-
     return fitter.Fit.from_bytes(node_group.kept_fit(materials.group_node(material).node_tree))
 
 
@@ -67,18 +68,17 @@ def test_what_is_not_a_number_is_refused(blender, material, name, told):
     assert shown(material).to_bytes() == before
 
 
-def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
-    worth = extension.addon.core.storage.properties.quality_summary
+def test_as_measured_takes_everything_back(blender, curet, material, random):
     settings = material.measured_brdf_adjustments
-    praise = worth(material.measured_brdf)
+    praise = quality_summary(material.measured_brdf)
     settings.highlight_gain = 3.0
     blender.ops.measured_brdf.adjust()
-    adjusted = worth(material.measured_brdf)
+    adjusted = quality_summary(material.measured_brdf)
     assert praise.line.startswith("Matches the measurements: ")
     assert adjusted.line == f"Match before adjusting: {praise.line.split(': ')[1].split('.')[0]}"
     assert (adjusted.whole, adjusted.is_well) == (f"Before it was adjusted: {praise.whole}", False)
     assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
-    assert worth(material.measured_brdf) == praise
+    assert quality_summary(material.measured_brdf) == praise
     assert settings.highlight_gain == 1
     at = directions(random)
     np.testing.assert_allclose(shown(material).evaluate(*at)[:, :1], np.maximum(expected(curet).evaluate(*at), 0),
@@ -87,8 +87,6 @@ def test_as_measured_takes_everything_back(blender, extension, curet, material, 
 
 @release
 def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, random):
-    from measured_brdf.addon.core.shading import material as materials
-
     settings = material.measured_brdf_adjustments
     settings.highlight_gain = 2.0
     blender.ops.measured_brdf.adjust()
@@ -115,9 +113,6 @@ def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
 
 @pytest.mark.parametrize("change", ["import", "adjust", "fit", "update"])
 def test_the_group_has_the_name_of_its_material(blender, material, change):
-    from measured_brdf.addon.core import versions
-    from measured_brdf.addon.core.shading import material as materials
-
     if change == "adjust":
         material.measured_brdf_adjustments.diffuse_gain = 0.5
         blender.ops.measured_brdf.adjust()
@@ -135,7 +130,7 @@ class _Window:
     """Stands for Blender with a window, in which timers run and operators begin."""
 
     def __init__(self, bpy):
-        self.data, self.context, self.begun, self.timers = bpy.data, bpy.context, [], []
+        self.data, self.context, self.begun, self.timers, self.now = bpy.data, bpy.context, [], [], 100.0
         self.app = SimpleNamespace(background=False, timers=SimpleNamespace(
             is_registered=lambda function: function in self.timers,
             register=lambda function, first_interval: self.timers.append(function),
@@ -148,33 +143,35 @@ class _Window:
         self.begun.append((how, self.context.material.name))
 
 
-def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension, material, monkeypatch):
-    adjust = extension.addon.adjust.operators
-    window, now = _Window(blender), [100.0]
-    monkeypatch.setattr(adjust, "bpy", window)
-    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+@pytest.fixture
+def window(blender, monkeypatch):
+    made = _Window(blender)
+    monkeypatch.setattr(adjust, "bpy", made)
+    monkeypatch.setattr(adjust.time, "monotonic", lambda: made.now)
+    return made
+
+
+def test_a_changed_slider_is_applied_by_itself_once_it_rests(material, window, monkeypatch):
     settings = material.measured_brdf_adjustments
     settings.diffuse_gain = 0.9
-    now[0] += 0.3
+    window.now += 0.3
     settings.diffuse_gain = 0.5             # still moving
     assert window.timers == [adjust._apply]
-    now[0] += 0.3
+    window.now += 0.3
     assert adjust._apply() is not None
     assert window.begun == []
     monkeypatch.setattr(adjust.modal, "running", object())
-    now[0] += 1
+    window.now += 1
     assert adjust._apply() is not None      # after what runs
     monkeypatch.setattr(adjust.modal, "running", None)
     assert adjust._apply() is None
     assert window.begun == [("INVOKE_DEFAULT", material.name)]
 
 
-def test_what_was_saved_before_it_was_applied_is_applied_when_the_file_is_opened(blender, extension, material,
-                                                                                 monkeypatch, tmp_path):
-    from measured_brdf.addon.adjust import operators
-
+def test_what_was_saved_before_it_was_applied_is_applied_when_the_file_is_opened(blender, material, monkeypatch,
+                                                                                 tmp_path):
     asked = []
-    monkeypatch.setattr(operators, "_apply_soon", lambda material: asked.append(material.name))
+    monkeypatch.setattr(adjust, "_apply_soon", lambda material: asked.append(material.name))
     path = str(tmp_path / "saved.blend")
     for gain, expected in ((1, []), (0.5, ["felt"])):
         asked.clear()
@@ -185,16 +182,12 @@ def test_what_was_saved_before_it_was_applied_is_applied_when_the_file_is_opened
         material = blender.data.materials["felt"]
 
 
-def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(blender, extension, material, monkeypatch):
-    adjust = extension.addon.adjust.operators
-    window, now = _Window(blender), [100.0]
-    monkeypatch.setattr(adjust, "bpy", window)
-    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(material, window):
     settings = material.measured_brdf_adjustments
     settings.diffuse_gain = 0.5
     adjust._on_undo(None)
     assert window.timers == [adjust._apply], "it is still to be applied"
-    now[0] += 1
+    window.now += 1
     adjust._apply()
     for handler, timer, step in ((adjust._on_undo, adjust._undo, "undo"), (adjust._on_redo, adjust._redo, "redo")):
         window.begun.clear()
@@ -210,27 +203,20 @@ def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(blender, exte
     assert window.begun == window.timers == []
 
 
-def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing(blender, extension, material,
-                                                                                 monkeypatch):
-    adjust = extension.addon.adjust.operators
-    window, now = _Window(blender), [100.0]
-    monkeypatch.setattr(adjust, "bpy", window)
-    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing(blender, material, window):
     material.measured_brdf_adjustments.coat = 0.5
     material.measured_brdf_adjustments.coat = 0.0
-    now[0] += 1
+    window.now += 1
     assert adjust._apply() is None
     material.measured_brdf_adjustments.coat = 0.5
     blender.data.materials.remove(material)
-    now[0] += 1
+    window.now += 1
     assert adjust._apply() is None
     assert window.begun == []
 
 
 @pytest.mark.parametrize("name", quick(["satin", "aged", "lacquered", "wet", "dusty"], "satin", "wet"))
-def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(blender, material, extension, name):
-    from fitter.library.variations import variation
-
+def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(blender, material, name):
     measured = shown(material)
     settings = material.measured_brdf_adjustments
     settings.diffuse_gain = 0.3                         # what was there before goes
@@ -239,12 +225,12 @@ def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(
     wanted = fitter.edited(measured, **variation(name, measured))
     first, second = np.broadcast_arrays(shown(material).evaluate(*at), wanted.evaluate(*at))
     np.testing.assert_allclose(first, second, rtol=1e-4, atol=1e-6)
-    assert extension.addon.core.storage.edits.is_as_wanted(material), "nothing is left to apply"
+    assert edits.is_as_wanted(material), "nothing is left to apply"
     assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
     np.testing.assert_array_equal(*np.broadcast_arrays(shown(material).evaluate(*at), measured.evaluate(*at)))
 
 
-def click(adjust, material, reset=False, variation="NONE"):
+def click(material, reset=False, variation="NONE"):
     """As a button in a window does."""
     operator = SimpleNamespace(reset=reset, variation=variation)
     operator._chosen = partial(adjust.MEASUREDBRDF_OT_adjust._chosen, operator)
@@ -252,20 +238,16 @@ def click(adjust, material, reset=False, variation="NONE"):
         assert adjust.MEASUREDBRDF_OT_adjust.invoke(operator, bpy.context, None) == {"FINISHED"}
 
 
-def test_a_click_moves_the_sliders_at_once_and_the_fit_follows(blender, extension, material, monkeypatch):
-    adjust, edits = extension.addon.adjust.operators, extension.addon.core.storage.edits
-    window, now = _Window(blender), [100.0]
-    monkeypatch.setattr(adjust, "bpy", window)
-    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+def test_a_click_moves_the_sliders_at_once_and_the_fit_follows(blender, material, window):
     settings = material.measured_brdf_adjustments
     blender.ops.ed.undo_push(message="before")
     before = material.measured_brdf.sphere
-    click(adjust, material, variation="SATIN")
+    click(material, variation="SATIN")
     blender.ops.ed.undo_push(message="clicked")
     assert settings.highlight_width == 2
     assert not edits.is_as_wanted(material), "the sphere is drawn as it will be"
     assert material.measured_brdf.sphere == before
-    now[0] += 1
+    window.now += 1
     adjust._apply()
     assert window.begun == [("INVOKE_DEFAULT", material.name)]
     window.begun.clear()
@@ -276,15 +258,13 @@ def test_a_click_moves_the_sliders_at_once_and_the_fit_follows(blender, extensio
     assert material.measured_brdf_adjustments.highlight_width == 1
     assert edits.is_as_wanted(material)
     assert window.begun == [], "no other step is taken back"
-    click(adjust, material, variation="DUSTY")
-    click(adjust, material, reset=True)
+    click(material, variation="DUSTY")
+    click(material, reset=True)
     assert edits.is_as_wanted(material)
 
 
-def test_a_fit_that_is_not_wanted_any_more_is_given_up(blender, extension, material, monkeypatch):
-    adjust = extension.addon.adjust.operators
-    window, ended = _Window(blender), []
-    monkeypatch.setattr(adjust, "bpy", window)
+def test_a_fit_that_is_not_wanted_any_more_is_given_up(material, window):
+    ended = []
     operator = SimpleNamespace(_target=material.session_uid, _edit={"width": 2.0}, _end=ended.append)
     tick = SimpleNamespace(type="TIMER")
     assert adjust.MEASUREDBRDF_OT_adjust.modal(operator, "context", tick) == {"CANCELLED"}
@@ -296,13 +276,9 @@ def refuse():
     raise RuntimeError("there is nothing to redo")
 
 
-def test_a_redo_that_ends_before_the_effect_has_it_applied(blender, extension, material, monkeypatch):
-    adjust, now = extension.addon.adjust.operators, [100.0]
-    window = _Window(blender)
-    monkeypatch.setattr(adjust, "bpy", window)
-    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+def test_a_redo_that_ends_before_the_effect_has_it_applied(material, window):
     material.measured_brdf_adjustments.coat = 0.5
-    now[0] += 1
+    window.now += 1
     adjust._apply()
     window.timers.clear()
     window.ops.ed.redo = refuse

@@ -5,6 +5,8 @@ import math
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import node_group
 
 import fitter
 from support import stage
@@ -16,9 +18,6 @@ SECTION = 1.458             # cells of a plane through Voronoi cells of random p
 @pytest.fixture
 def plane(blender):
     """A plane of 4 x 4 units, a pixel wide as a hundredth, and its material of felt."""
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.core.shading import node_group
-
     scene = stage.black_scene(400, 400, 1, span=4)
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
     blender.ops.mesh.primitive_plane_add(size=4)

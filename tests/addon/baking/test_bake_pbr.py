@@ -5,6 +5,7 @@ import re
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.baking import operators
 
 import fitter
 from fitter.colours import decode_srgb
@@ -170,8 +171,6 @@ def test_images_are_written_into_a_folder_all_or_none(baked, tmp_path, write_ast
 
 
 def test_a_failure_while_writing_leaves_nothing(baked, tmp_path, write_astm, monkeypatch):
-    from measured_brdf.addon.baking import operators
-
     measured(METAL, tmp_path / "metal.astm", write_astm)
     (folder := tmp_path / "images").mkdir()
     names = {image.name for image in bpy.data.images}

@@ -4,6 +4,8 @@ import json
 
 import bpy
 import pytest
+from measured_brdf.addon.compare import operators
+from measured_brdf.addon.core.shading import comparison, look
 
 from fitter import PRESETS
 from support.blend_state import state
@@ -35,13 +37,6 @@ def two(cubes):
     return bpy.data.materials["two"]
 
 
-@pytest.fixture
-def comparison(extension):
-    from measured_brdf.addon.core.shading import comparison
-
-    return comparison
-
-
 def test_a_preset_is_fitted_in_one_step(one):
     settings = one.measured_brdf
     assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
@@ -61,7 +56,7 @@ def test_a_preset_that_cannot_be_fitted_is_not_chosen(one, files):
     assert one.measured_brdf.diffuse_level == CHEAP["diffuse_level"]
 
 
-def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, one, two, comparison):
+def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, one, two):
     scene = bpy.context.scene
     cubes.active_material = two
     assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
@@ -71,7 +66,7 @@ def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, o
     assert comparison.find_pinned(scene, two) is None, "it is not compared with itself"
 
 
-def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(cubes, one, two, comparison):
+def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(cubes, one, two):
     scene = bpy.context.scene
     comparison.get(scene).pinned = two
     node = next(node for node in two.node_tree.nodes if node.type == "GROUP")
@@ -82,7 +77,7 @@ def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(c
     assert comparison.find_pinned(scene, one) is None
 
 
-def test_pinning_is_undone_and_saved(cubes, one, two, comparison, tmp_path):
+def test_pinning_is_undone_and_saved(cubes, one, two, tmp_path):
     bpy.ops.ed.undo_push(message="before")
     cubes.active_material = two
     bpy.ops.measured_brdf.pin()
@@ -95,7 +90,7 @@ def test_pinning_is_undone_and_saved(cubes, one, two, comparison, tmp_path):
     assert comparison.get(bpy.context.scene).pinned.name == "two"
 
 
-def test_a_linked_material_can_be_pinned_and_a_linked_scene_refuses(cubes, one, comparison, tmp_path):
+def test_a_linked_material_can_be_pinned_and_a_linked_scene_refuses(cubes, one, tmp_path):
     path = str(tmp_path / "library.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     name = bpy.context.scene.name
@@ -119,49 +114,39 @@ def test_without_a_measured_material_nothing_is_offered(blender):
 
 
 @pytest.fixture
-def looks(extension):
-    from measured_brdf.addon.compare import operators
-
-    yield operators
-    operators.unregister()
-
-
-@pytest.fixture
 def small(monkeypatch):
     """Renders of a few pixels."""
-    from measured_brdf.addon.compare import operators as compare
-
-    monkeypatch.setattr(compare, "SIZE", 24)
-    monkeypatch.setattr(compare, "_SAMPLES", 4)
+    monkeypatch.setattr(operators, "SIZE", 24)
+    monkeypatch.setattr(operators, "_SAMPLES", 4)
 
 
-def test_a_test_render_is_shown_as_it_was_made_until_it_is_made_again(cubes, one, two, comparison, looks, small):
+def test_a_test_render_is_shown_as_it_was_made_until_it_is_made_again(cubes, one, two, small):
     scene = bpy.context.scene
     comparison.get(scene).pinned = two
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    keys = [looks.render_key(scene, each) for each in (one, two)]
+    keys = [operators.render_key(scene, each) for each in (one, two)]
     for key in keys:
-        picture, _ = looks.renders[key]
+        picture, _ = operators.renders[key]
         assert picture.shape == (24, 24, 4)
         assert picture[..., :3].max() > 0.1
     comparison.get(scene).divide = 0.3
-    assert looks.render_key(scene, one) == keys[0]
+    assert operators.render_key(scene, one) == keys[0]
     comparison.get(scene).lighting = "SKY"
-    assert looks.renders.get(looks.render_key(scene, one)) is None
+    assert operators.renders.get(operators.render_key(scene, one)) is None
     comparison.get(scene).lighting = "STUDIO"
     node = next(node for node in one.node_tree.nodes if node.type == "GROUP")
     node.inputs["Strength"].default_value = 0.5
-    before = [looks.renders[key] for key in keys]
+    before = [operators.renders[key] for key in keys]
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
-    after = [looks.renders[key] for key in keys]
+    after = [operators.renders[key] for key in keys]
     assert not {number for _, number in after} & {number for _, number in before}
     brightness = [picture[8:16, 8:16, :3].mean() for picture, _ in (before[0], after[0])]
     assert brightness[1] < 0.9 * brightness[0]
 
 
-def test_the_scenes_world_gives_the_light(one, comparison, looks, small):
+def test_the_scenes_world_gives_the_light(one, small):
     scene = bpy.context.scene
     comparison.get(scene).lighting = "WORLD"
     comparison.get(scene).shape = "SPHERE"
@@ -175,13 +160,11 @@ def test_the_scenes_world_gives_the_light(one, comparison, looks, small):
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    picture = looks.renders[looks.render_key(scene, one)][0]
+    picture = operators.renders[operators.render_key(scene, one)][0]
     assert picture[..., 0].mean() > 3 * picture[..., 1].mean()
 
 
-def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, monkeypatch):
-    from measured_brdf.addon.core.shading import look
-
+def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
@@ -192,9 +175,7 @@ def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, m
     assert state() == before
 
 
-def test_a_render_that_fails_is_told(one, looks, small, monkeypatch):
-    from measured_brdf.addon.core.shading import look
-
+def test_a_render_that_fails_is_told(one, small, monkeypatch):
     monkeypatch.setattr(look, "write_request", lambda folder, request: (folder / "request.json").write_text(
         json.dumps(request._asdict() | {"shape": "SPHERE", "materials": ["gone"]}), "utf-8"))
     before = state()
@@ -203,17 +184,11 @@ def test_a_render_that_fails_is_told(one, looks, small, monkeypatch):
     assert state() == before
 
 
-def test_a_linked_material_is_rendered(cubes, one, looks, small, tmp_path):
-    path = str(tmp_path / "library.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.read_homefile(use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (_, target):
-        target.materials = ["one"]
-    bpy.ops.mesh.primitive_cube_add()
-    bpy.context.object.data.materials.append(target.materials[0])
+def test_a_linked_material_is_rendered(cubes, small, from_library):
+    linked = from_library("one")
     before = state()
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
     assert state() == before
-    picture = looks.renders[looks.render_key(bpy.context.scene, target.materials[0])][0]
+    picture = operators.renders[operators.render_key(bpy.context.scene, linked)][0]
     plain = picture[12, 12, :3]
     assert plain.max() > 0.02, "the shader has been found"

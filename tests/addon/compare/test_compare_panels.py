@@ -5,30 +5,17 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.compare import curves, operators, presets
+from measured_brdf.addon.core.shading import comparison
+from measured_brdf.addon.work import queries, queue, tasks
 
 import fitter
 from fitter import PRESETS
 from support.drawn import draw
+from tests.addon.answers import answer_all
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 ORDER = ["Standard", "Reference", "Original 2002 Method"]
-
-
-@pytest.fixture
-def ui(extension):
-    from measured_brdf.addon.compare import curves, operators, panel, presets
-    from measured_brdf.addon.core.shading import comparison
-    from measured_brdf.addon.work import queue
-
-    yield SimpleNamespace(presets=presets, curves=curves, panel=panel, queue=queue, looks=operators,
-                          comparison=comparison)
-    queue.unregister()
-    operators.unregister()
-
-
-@pytest.fixture
-def file(tmp_path, glossy, write_astm):
-    return write_astm(tmp_path / "glossy.astm", glossy)
 
 
 @pytest.fixture
@@ -57,25 +44,23 @@ def fits(glossy, write_astm, tmp_path_factory):
             for name, fit in made.items()}
 
 
-def drawn(ui, panel, material, rounds=3):
+def drawn(panel, material, rounds=3):
     """A panel, when its questions, and those that follow from the answers, have been answered."""
     for _ in range(rounds):
         draw(panel, material=material)
-        ui.queue.answer_all()
+        answer_all()
     return draw(panel, material=material)
 
 
 def quick_held_out(monkeypatch):
-    from measured_brdf.addon.work import tasks
-
     monkeypatch.setattr(tasks, "held_out", lambda *_arguments: 0.25)
 
 
-def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material, fits, monkeypatch):
+def test_each_preset_has_its_own_numbers_whatever_the_settings_are(material, fits, monkeypatch):
     quick_held_out(monkeypatch)
     material.measured_brdf.diffuse_level = 1
     material.measured_brdf.preset = "Reference"
-    shown = drawn(ui, ui.presets.MEASUREDBRDF_PT_compare, material)
+    shown = drawn(presets.MEASUREDBRDF_PT_compare, material)
     assert [entry[2] for entry in shown.drawn if entry[0] == "button"] == ORDER
     for name in ORDER:
         place = shown.button(name).place
@@ -85,11 +70,11 @@ def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material,
     assert (button.operator, button.options["preset"], button.enabled) == ("measured_brdf.fit", "Paper", True)
 
 
-def test_a_sphere_is_a_button_and_the_method_of_2002_none_before_its_error_is_known(ui, material, monkeypatch):
-    monkeypatch.setattr(ui.presets.queries, "lit_sphere", lambda _about, _shown: (5, SimpleNamespace(error=None)))
-    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
-    ui.queue.answer_all()                   # the file is read
-    shown = draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
+def test_a_sphere_is_a_button_and_the_method_of_2002_none_before_its_error_is_known(material, monkeypatch):
+    monkeypatch.setattr(presets.queries, "lit_sphere", lambda _about, _shown: (5, SimpleNamespace(error=None)))
+    draw(presets.MEASUREDBRDF_PT_compare, material=material)
+    answer_all()                   # the file is read
+    shown = draw(presets.MEASUREDBRDF_PT_compare, material=material)
     assert not shown.button("Original 2002 Method").enabled
     assert shown.button("Standard").enabled
     names = [(entry[0], entry[2], getattr(entry[-1], "preset", "")) for entry in shown.drawn
@@ -100,14 +85,9 @@ def test_a_sphere_is_a_button_and_the_method_of_2002_none_before_its_error_is_kn
             assert over[2] == below[2] != ""
 
 
-def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, material, fits, tmp_path, monkeypatch):
+def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(material, fits, from_library, monkeypatch):
     quick_held_out(monkeypatch)
-    path = str(tmp_path / "library.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.read_homefile(use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (_, target):
-        target.materials = ["glossy"]
-    shown = drawn(ui, ui.presets.MEASUREDBRDF_PT_compare, target.materials[0])
+    shown = drawn(presets.MEASUREDBRDF_PT_compare, from_library("glossy"))
     assert "button" not in shown.kinds
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     for name in ORDER:
@@ -115,9 +95,7 @@ def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, mate
         assert texts[place + 1:place + 5] == [*fits[name], "Unseen Angles 0.25"]
 
 
-def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material, fits, monkeypatch):
-    from measured_brdf.addon.work import tasks
-
+def test_the_fit_that_the_material_has_is_marked_and_not_made_again(material, fits, monkeypatch):
     quick_held_out(monkeypatch)
     assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
     asked, fitted_of = [], tasks.fitted_of
@@ -126,46 +104,42 @@ def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material
     marked = {}
     monkeypatch.setattr("support.drawn.Layout.operator", lambda layout, name, text="", **options: (
         marked.update({text: options["depress"]}), SimpleNamespace())[1])
-    drawn(ui, ui.presets.MEASUREDBRDF_PT_compare, material)
+    drawn(presets.MEASUREDBRDF_PT_compare, material)
     assert marked == {name: name == "Original 2002 Method" for name in ORDER}
     assert "mba" not in asked
     assert "kriging" in asked
 
 
-def test_questions_are_asked_cheapest_first(ui, material, monkeypatch):
-    from measured_brdf.addon.work import queries
-
+def test_questions_are_asked_cheapest_first(material, monkeypatch):
     quick_held_out(monkeypatch)
-    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
-    ui.queue.answer_all()                       # the measurements
-    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
-    ui.queue.answer_all()                       # the fit in the shader
+    draw(presets.MEASUREDBRDF_PT_compare, material=material)
+    answer_all()                       # the measurements
+    draw(presets.MEASUREDBRDF_PT_compare, material=material)
+    answer_all()                       # the fit in the shader
     asked, cost = [], queries.cost
     monkeypatch.setattr(queries, "cost", lambda data, arguments: (asked.append(arguments), cost(data, arguments))[1])
-    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
+    draw(presets.MEASUREDBRDF_PT_compare, material=material)
     assert asked == [PRESETS[name] for name in ("Paper", "Standard", "Reference")]
 
 
-def test_a_hint_tells_how_to_pin(ui, material, other):
-    panel = ui.curves.MEASUREDBRDF_PT_pictures
-    shown = drawn(ui, panel, material)
+def test_a_hint_tells_how_to_pin(material, other):
+    panel = curves.MEASUREDBRDF_PT_pictures
+    shown = drawn(panel, material)
     assert "pinned" in shown.fields
     assert shown.button("Pin Measured Material").operator == "measured_brdf.pin"
-    ui.comparison.get(bpy.context.scene).pinned = material
-    assert "This is the pinned material" in drawn(ui, panel, material).texts
+    comparison.get(bpy.context.scene).pinned = material
+    assert "This is the pinned material" in drawn(panel, material).texts
 
 
-def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui, material, other, file, monkeypatch):
-    from measured_brdf.addon.work import queries, tasks
-
+def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(material, other, file, monkeypatch):
     counts = [f"{each.measured_brdf.coefficients:,}" for each in (material, other)]
     file.unlink()
     for each in (material, other):
         each.measured_brdf.filepath = ""
     for name in ("read", "fitted_of", "outcome"):
         monkeypatch.setattr(tasks, name, lambda *_: pytest.fail("nothing is read or fitted"))
-    ui.comparison.get(bpy.context.scene).pinned = other
-    shown = drawn(ui, ui.curves.MEASUREDBRDF_PT_pictures, material)
+    comparison.get(bpy.context.scene).pinned = other
+    shown = drawn(curves.MEASUREDBRDF_PT_pictures, material)
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     assert texts[:3] == ["Compare With", "A: glossy", "B: dull"]
     assert values_of(texts, "Coefficients") == counts
@@ -185,13 +159,13 @@ def values_of(texts, name):
     return [text.removeprefix(letter) for letter, text in zip(("A: ", "B: "), texts[place + 1:place + 3], strict=True)]
 
 
-def test_a_damaged_fit_is_said_and_the_other_is_still_shown(ui, material, other):
+def test_a_damaged_fit_is_said_and_the_other_is_still_shown(material, other):
     group = next(node.node_tree for node in other.node_tree.nodes if node.type == "GROUP")
     group["fit"] = b"void"
-    ui.comparison.get(bpy.context.scene).pinned = other
-    panel = ui.curves.MEASUREDBRDF_PT_pictures
+    comparison.get(bpy.context.scene).pinned = other
+    panel = curves.MEASUREDBRDF_PT_pictures
     draw(panel, material=material)
-    lanes = ui.queue._lanes
+    lanes = queue._lanes
     for lane in lanes.values():                 # as workers do: an error is an answer
         while lane.queue:
             question = lane.queue.pop(0)
@@ -205,30 +179,30 @@ def test_a_damaged_fit_is_said_and_the_other_is_still_shown(ui, material, other)
     assert f"{material.measured_brdf.coefficients:,}" in shown.texts
 
 
-def test_the_panels_are_shown_where_a_material_is_measured(ui, material):
+def test_the_panels_are_shown_where_a_material_is_measured(material):
     plain = bpy.data.materials.new("plain")
     material.measured_brdf.filepath = ""
-    for panel in (*ui.curves.classes, *ui.panel.classes):
-        assert panel.poll(SimpleNamespace(material=material))
-        assert not panel.poll(SimpleNamespace(material=plain))
-        assert not panel.poll(SimpleNamespace(material=None))
+    for each in curves.classes:
+        assert each.poll(SimpleNamespace(material=material))
+        assert not each.poll(SimpleNamespace(material=plain))
+        assert not each.poll(SimpleNamespace(material=None))
 
 
-def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatch):
-    panel, scene = ui.panel.MEASUREDBRDF_PT_look, bpy.context.scene
-    assert "picture" not in draw(panel, material=material).kinds
-    key = ui.looks.render_key(scene, material)
-    ui.looks.renders[key] = np.ones((256, 256, 4), np.float32), 1
-    shown = draw(panel, material=material)
+def test_a_test_render_is_shown_when_it_is_there(material, other, monkeypatch):
+    look, scene = curves.MEASUREDBRDF_PT_look, bpy.context.scene
+    assert "picture" not in draw(look, material=material).kinds
+    key = operators.render_key(scene, material)
+    operators.renders[key] = np.ones((256, 256, 4), np.float32), 1
+    shown = draw(look, material=material)
     assert "picture" in shown.kinds
     assert shown.button("Render").operator == "measured_brdf.render_look"
-    ui.comparison.get(scene).pinned = other
-    shown = draw(panel, material=material)
+    comparison.get(scene).pinned = other
+    shown = draw(look, material=material)
     assert "picture" not in shown.kinds, "the pinned one has not been rendered"
     assert shown.button("Render Both") is not None
-    ui.looks.renders[ui.looks.render_key(scene, other)] = np.zeros((256, 256, 4), np.float32), 2
+    operators.renders[operators.render_key(scene, other)] = np.zeros((256, 256, 4), np.float32), 2
     given = []
-    monkeypatch.setattr(ui.panel.icons, "at_once", lambda key, draw: key[0] == "swatch" or given.append(draw()) or 1)
-    draw(panel, material=material)
+    monkeypatch.setattr(curves.icons, "at_once", lambda key, draw: key[0] == "swatch" or given.append(draw()) or 1)
+    draw(look, material=material)
     assert given[-1][:, :120].min() == given[-1][:, :120].max() == 1
     assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 0

@@ -5,9 +5,9 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from measured_brdf.addon.importing import asking
 
 import fitter
-from support.stage import black_scene
 
 CHEAP = {"diffuse_level": 1, "specular_level": -1}
 MEANT = "theta_i[deg],theta_o[deg],phi[deg],BRDF"
@@ -22,13 +22,6 @@ def file(tmp_path):
     path = tmp_path / "scan.csv"
     path.write_text(f"incoming tilt;Angle of scatter;Azimuth;x\n{rows()}")
     return str(path)
-
-
-@pytest.fixture
-def cube(blender):
-    black_scene(8, 8, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
-    return blender.context.object
 
 
 def test_a_script_names_the_columns_and_the_material_keeps_them(blender, cube, file):
@@ -56,59 +49,36 @@ def operator(file, **given):
 
 
 def test_the_dialog_shows_the_first_rows_and_what_names_say(extension, file):
-    module = extension.addon.importing.name_columns
     asked, items = operator(file)
-    module.fill(asked, file)
+    asking.fill(asked, file)
     assert [item.label for item in items] == ["incoming tilt", "Angle of scatter", "Azimuth", "x"]
     assert [item.meaning for item in items] == ["SKIP", "theta_o", "phi", "SKIP"]
     assert items[1].numbers == "0, 20, 40, 60"
     items[0].meaning, items[3].meaning = "theta_i", "BRDF"
-    assert module.stated_columns(items) == "theta_i,theta_o,phi,BRDF"
-    samples = fitter.load(file, columns=module.stated_columns(items), angles="degrees")
+    assert asking.stated_columns(items) == "theta_i,theta_o,phi,BRDF"
+    samples = fitter.load(file, columns=asking.stated_columns(items), angles="degrees")
     assert np.unique(samples.theta_i) == pytest.approx(np.radians([0, 30, 60]))
 
 
 def test_columns_without_names_and_names_with_commas(extension, tmp_path):
-    module = extension.addon.importing.name_columns
     path = tmp_path / "bare.txt"
     path.write_text(rows())
     asked, items = operator(str(path))
-    module.fill(asked, str(path))
+    asking.fill(asked, str(path))
     assert [item.label for item in items] == ["Column 1", "Column 2", "Column 3", "Column 4"]
     named = SimpleNamespace(label='550 nm, "left"', meaning="NAMED")
-    assert module.stated_columns([named, SimpleNamespace(label="a", meaning="SKIP")]) == "\"550 nm, 'left'\",-"
+    assert asking.stated_columns([named, SimpleNamespace(label="a", meaning="SKIP")]) == "\"550 nm, 'left'\",-"
 
 
 def test_the_dialog_is_drawn_with_a_choice_for_each_column(extension, file):
-    module = extension.addon.importing.name_columns
     asked, items = operator(file, layout=MagicMock(), complaint="columns incoming tilt mean nothing here")
-    module.fill(asked, file)
+    asking.fill(asked, file)
     asked.table = items
     column = asked.layout.column.return_value
-    module.MEASUREDBRDF_OT_name_columns.draw(asked, None)
+    asking.MEASUREDBRDF_OT_name_columns.draw(asked, None)
     drawn = [call.args for call in column.split.return_value.split.return_value.prop.call_args_list]
     assert [name for _, name in drawn] == ["meaning"] * 4
     assert [call.args[1] for call in asked.layout.prop.call_args_list] == ["angles", "quantity"]
-
-
-@pytest.mark.parametrize(("kind", "text"), [("ColumnsUnknownError", "columns"), ("ImplausibleError", "numbers")])
-def test_in_a_window_a_file_that_is_not_understood_is_asked_about(blender, extension, file, monkeypatch, kind, text):
-    module, called = extension.addon.importing.import_data, []
-    operators = SimpleNamespace(import_data=lambda *given, **options: called.append(("import_data", options)),
-                                name_columns=lambda *given, **options: called.append(("name_columns", options)))
-    monkeypatch.setattr(module, "bpy", SimpleNamespace(
-        ops=SimpleNamespace(measured_brdf=operators), app=SimpleNamespace(background=False), types=blender.types))
-    choices = dict.fromkeys((*extension.addon.core.storage.properties.CHOICES, "target", "slot", "others"), 0)
-    choices |= {"filepath": file}
-    importing = SimpleNamespace(options=SimpleNamespace(is_invoke=True), is_checked=False, **choices,
-                                _paths=lambda: [file], given=lambda: {"filepath": file})
-    error = getattr(extension.fitter, kind)(text, file)
-    assert module.MEASUREDBRDF_OT_import_data._failed(importing, error) == {"CANCELLED"}
-    (name, options), = called
-    assert options["filepath"] == file
-    assert options["complaint"] == f"{file}: {text}"
-    assert name == ("name_columns" if text == "columns" else "import_data")
-    assert text == "columns" or options["is_checked"]
 
 
 def test_numbers_that_no_surface_has_are_imported_by_scripts_with_a_warning(extension, tmp_path):

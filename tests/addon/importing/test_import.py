@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core.blender import osl_support
+from measured_brdf.addon.core.shading import rendered
+from measured_brdf.addon.work import tasks
 
 import fitter
 from support.known_lamps import known, lamp_groups, readers
@@ -20,13 +23,6 @@ def file(tmp_path):
     header = ['SAMPLE_NAME "; */ } shader evil() { system("x"); }', "VARS theta_i,phi_i,theta_s,phi_s,R,G,B"]
     path.write_text("\n".join([*header, *rows]))
     return path
-
-
-@pytest.fixture
-def cube(blender):
-    black_scene(16, 16, samples=8, span=1)
-    blender.ops.mesh.primitive_cube_add()
-    return blender.context.object
 
 
 def counts(bpy):
@@ -63,16 +59,11 @@ def test_nothing_from_the_file_or_of_this_machine_gets_into_the_shader(blender, 
         assert word not in bytecode
 
 
-def test_import_without_an_active_object_only_makes_the_material(blender, file):
-    black_scene(8, 8, samples=1, span=1)
-    blender.context.view_layer.objects.active = None
+@pytest.mark.parametrize("lamp", [True, False])
+def test_import_with_nothing_active_that_has_a_surface_only_makes_the_material(blender, cube, file, lamp):
+    blender.context.view_layer.objects.active = add_lamp("POINT", 1) if lamp else None
     assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
     assert len(blender.data.materials) == 1
-
-
-def test_import_with_something_active_that_has_no_surface_only_makes_the_material(blender, cube, file):
-    blender.context.view_layer.objects.active = add_lamp("POINT", 1)
-    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
     assert cube.active_material is None
 
 
@@ -119,7 +110,7 @@ def test_an_operator_that_hands_on_an_unreadable_file_reports_its_error_in_one_l
         blender, extension, cube, file, tmp_path, monkeypatch, capfd, name):
     if name == "find_file":
         import_file(blender, file, diffuse_level=2, specular_level=-1)
-    monkeypatch.setattr(extension.addon.importing.samples, "_items", [("a", "a", "")])
+    monkeypatch.setattr(extension.addon.importing.asking, "_items", [("a", "a", "")])
     path = tmp_path / "bad.astm"
     path.write_text("nonsense")
     options = {key: value.format(path=path, folder=tmp_path) if isinstance(value, str) else value
@@ -133,10 +124,10 @@ def test_an_operator_that_hands_on_an_unreadable_file_reports_its_error_in_one_l
 
 
 def test_a_fix_that_another_operator_refuses_is_reported_in_one_line(blender, extension, cube, file, monkeypatch):
-    checks, colours = extension.addon.core.checks, extension.addon.importing.colours
+    checks, fit = extension.addon.core.checks, extension.addon.importing.fit
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     file.write_text("nonsense")
-    finding = checks.Finding("a", "Something", "Refit", lambda: colours._refit(cube.active_material))
+    finding = checks.Finding("a", "Something", "Refit", lambda: fit._refit(cube.active_material))
     monkeypatch.setattr(checks, "check", lambda scene: [finding])
     with pytest.raises(RuntimeError) as raised:
         blender.ops.measured_brdf.fix_setting()
@@ -145,8 +136,6 @@ def test_a_fix_that_another_operator_refuses_is_reported_in_one_line(blender, ex
 
 
 def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cube, file, monkeypatch):
-    from measured_brdf.addon.work import tasks
-
     monkeypatch.setattr(tasks, "bake", lambda fit: "shader broken( {")
     before = counts(blender)
     with pytest.raises(RuntimeError, match="compile"):
@@ -155,9 +144,6 @@ def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cub
 
 
 def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypatch):
-    from measured_brdf.addon.core.blender import osl_support
-    from measured_brdf.addon.core.shading import rendered
-
     monkeypatch.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
     import_file(blender, file)
     now = rendered.in_scene(cube.active_material, blender.context.scene)
@@ -273,33 +259,6 @@ def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file
     blender.data.objects.remove(lamp)
     blender.context.view_layer.update()
     assert len(known_lamps()) == 2
-
-
-def test_lamps_are_followed_through_an_animation(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    lamp = add_lamp("POINT", 10)
-    for frame, x in ((1, 0), (11, 10)):
-        lamp.location.x = x
-        lamp.keyframe_insert("location", frame=frame)
-    for frame in (1, 4, 11):
-        blender.context.scene.frame_set(frame)
-        assert known_lamps()[0][0] == pytest.approx(tuple(lamp.matrix_world.translation), abs=1e-6)
-    assert known_lamps()[0][0][0] == pytest.approx(10)
-
-
-def test_instances_of_lamps_are_lamps(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    scene = blender.context.scene
-    group = blender.data.collections.new("Lamps")
-    lamp = add_lamp("POINT", 10, (1, 0, 0), shadow_soft_size=0)
-    group.objects.link(lamp)
-    scene.collection.objects.unlink(lamp)
-    for x in (5, 7):
-        empty = blender.data.objects.new("Instance", None)
-        empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", group, x
-        scene.collection.objects.link(empty)
-    blender.context.view_layer.update()
-    assert sorted(position for position, _ in known_lamps()) == [(6, 0, 0), (8, 0, 0)]
 
 
 def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, tmp_path):

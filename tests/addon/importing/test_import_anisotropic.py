@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import tangents
+from measured_brdf.addon.core.shading.material import group_node
+from measured_brdf.addon.work import tasks
 
 from fitter import cli
 from support.anisotropic_tables import STEEL, few, write
@@ -24,8 +27,6 @@ def plane(blender):
 
 
 def node_of(item):
-    from measured_brdf.addon.core.shading.material import group_node
-
     return group_node(item.active_material)
 
 
@@ -54,8 +55,6 @@ def test_it_is_isotropic_where_the_user_says_so_and_a_refit_changes_it(blender, 
 
 @release
 def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, plane, file):
-    from measured_brdf.addon.core.shading import tangents
-
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     tangents.take_from_uv(plane.active_material)
     set_input(plane.active_material, "Rotation", 0.25)
@@ -66,8 +65,6 @@ def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, 
 
 
 def test_a_quarter_of_a_turn_swaps_bright_and_dark(blender, plane, file):
-    from measured_brdf.addon.core.shading import tangents
-
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     tangents.take_from_uv(plane.active_material)
     across = (0, 3, 3)
@@ -92,8 +89,6 @@ def test_one_or_two_rotations_are_fitted_as_isotropic_and_told(extension, blende
 
 
 def test_a_fit_too_large_for_the_compiler_names_the_remedy_and_changes_nothing(blender, plane, file, monkeypatch):
-    from measured_brdf.addon.work import tasks
-
     bake = tasks.bake
     monkeypatch.setattr(tasks, "bake", lambda fit, mixture: bake(fit, mixture=mixture) + "\n" * (1 << 24))
     with pytest.raises(RuntimeError, match="can be compiled: choose a lower level, or a compression that drops more"):

@@ -4,6 +4,8 @@ from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
+from measured_brdf.addon.importing.asking import AsksAboutFile
+from measured_brdf.addon.work import modal
 
 from support.operators import methods
 
@@ -17,13 +19,14 @@ def asking(blender, extension, monkeypatch):
 
         asked = []
         operators = {each: note(each, {"FINISHED"}) for each in ("import_data", "name_columns", "choose_sample")}
-        monkeypatch.setattr(module, "bpy", SimpleNamespace(
-            ops=SimpleNamespace(measured_brdf=SimpleNamespace(**operators)), path=blender.path, types=blender.types,
-            app=SimpleNamespace(background=False)))
+        fake = SimpleNamespace(ops=SimpleNamespace(measured_brdf=SimpleNamespace(**operators)), path=blender.path,
+                               types=blender.types, app=SimpleNamespace(background=False))
+        for each in (module, modal):
+            monkeypatch.setattr(each, "bpy", fake)
         own = methods(getattr(module, name)) | {
             "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
             "start": note("start", {"RUNNING_MODAL"})}
-        made = type("Asking", bases, own)()
+        made = type("Asking", bases or (AsksAboutFile,), own)()
         choices = extension.addon.core.storage.properties.CHOICES
         values = dict.fromkeys((*choices, "directory", "others", "complaint"), "")
         values |= {"files": [], "target": 7, "slot": 0, "is_checked": False, "for_material": False,
@@ -104,18 +107,23 @@ def test_a_file_that_is_not_there_is_an_error(window, tmp_path):
 
 @pytest.mark.parametrize(("kind", "files", "expected"), [
     ("SampleUnknownError", ["a.dat"], "choose_sample"), ("ColumnsUnknownError", ["a.csv"], "name_columns"),
+    ("UnitsUnknownError", ["a.csv"], "import_data"), ("ImplausibleError", ["a.csv"], "import_data"),
     ("ColumnsUnknownError", ["a.csv", "b.csv"], None), ("DatasetError", ["a.csv"], None)])
-def test_where_it_fails_it_asks_only_what_one_file_can_answer(window, kind, files, expected):
+@pytest.mark.parametrize("is_invoke", [True, False])
+def test_where_it_fails_it_asks_a_user_what_one_file_can_answer(window, kind, files, expected, is_invoke):
     window.made.filepath, window.made.directory = "", "/data"
     window.made.files = [SimpleNamespace(name=name) for name in files]
+    window.made.options.is_invoke = is_invoke
+    window.made.given = lambda: {"filepath": f"/data/{files[0]}", "target": 7}
     error = getattr(window.fitter, kind)("is not understood", "a")
     assert window.made._failed(error) == {"CANCELLED"}
     (said, more), = window.asked
-    if expected is None:
+    if expected is None or not is_invoke:
         assert (said, more) == ({"ERROR"}, str(error))
-    else:
-        assert said == expected
-        assert more["filepath"] == f"/data/{files[0]}"
+        return
+    assert (said, more["filepath"], more["target"]) == (expected, f"/data/{files[0]}", 7)
+    assert more.get("complaint") == (None if expected == "choose_sample" else str(error))
+    assert more.get("is_checked") == {"UnitsUnknownError": False, "ImplausibleError": True}.get(kind)
 
 
 def test_repeated_it_is_for_the_object_that_is_active_now(blender, extension):
@@ -128,7 +136,7 @@ def test_repeated_it_is_for_the_object_that_is_active_now(blender, extension):
 
 
 def test_a_sample_is_chosen_from_the_list_of_its_file_and_imported(asking, extension, data):
-    module = extension.addon.importing.samples
+    module = extension.addon.importing.asking
     window = asking(module, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / "curet" / "abrdf.dat"), item="felt")
     assert window.invoke() == {"RUNNING_MODAL"}
     assert [name for name, _ in window.asked] == ["popup"]
@@ -141,14 +149,14 @@ def test_a_sample_is_chosen_from_the_list_of_its_file_and_imported(asking, exten
 
 @pytest.mark.parametrize(("file", "said"), [("cornell/krylon_blue.astm", "only one sample"), ("none.dat", "none.dat")])
 def test_where_there_is_no_sample_to_choose_it_says_so(asking, extension, data, file, said):
-    window = asking(extension.addon.importing.samples, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / file))
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / file))
     assert window.invoke() == {"CANCELLED"}
     (_, text), = window.asked
     assert said in text
 
 
 def test_a_sample_of_no_material_is_refused(asking, extension, data):
-    window = asking(extension.addon.importing.samples, "MEASUREDBRDF_OT_choose_sample", for_material=True, filepath="")
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_choose_sample", for_material=True, filepath="")
     assert window.invoke() == window.execute() == {"CANCELLED"}
     assert [kind for kind, _ in window.asked] == [{"ERROR"}] * 2
 
@@ -164,7 +172,7 @@ class Table(list):
 def test_columns_are_named_in_a_dialog_and_the_file_is_imported_with_them(asking, extension, tmp_path):
     path = tmp_path / "own.csv"
     path.write_text("tilt;swing;much\n" + "".join(f"{tilt};20;0.3\n" for tilt in range(20)))
-    window = asking(extension.addon.importing.name_columns, "MEASUREDBRDF_OT_name_columns", filepath=str(path),
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_name_columns", filepath=str(path),
                     table=Table())
     assert window.invoke() == {"RUNNING_MODAL"}
     for column, meaning in zip(window.made.table, ("theta_i", "theta_o", "BRDF"), strict=True):
@@ -177,7 +185,7 @@ def test_columns_are_named_in_a_dialog_and_the_file_is_imported_with_them(asking
 @pytest.mark.parametrize(("given", "said"), [({"filepath": "/none.csv"}, "none.csv"),
                                              ({"filepath": "", "for_material": True}, "no active material")])
 def test_columns_of_what_is_not_there_are_refused(asking, extension, given, said):
-    window = asking(extension.addon.importing.name_columns, "MEASUREDBRDF_OT_name_columns", table=Table(), **given)
+    window = asking(extension.addon.importing.asking, "MEASUREDBRDF_OT_name_columns", table=Table(), **given)
     assert window.invoke() == {"CANCELLED"}
     (kind, text), = window.asked
     assert kind == {"ERROR"}

@@ -4,10 +4,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from measured_brdf.addon.core import preferences
+from measured_brdf.addon.work import making, modal, tasks
 
 import fitter
 from fitter import PRESETS
-from support.stage import black_scene
 
 LEVELS = ("diffuse_level", "specular_level", "compression")
 
@@ -20,8 +21,6 @@ def file(tmp_path, glossy, write_astm):
 @pytest.fixture
 def asked(extension, monkeypatch):
     """The arguments of every fit that is asked for; each is made as the quickest one."""
-    from measured_brdf.addon.work import tasks
-
     seen = []
     fitted = tasks.fit_once
 
@@ -31,13 +30,6 @@ def asked(extension, monkeypatch):
 
     monkeypatch.setattr(tasks, "fit_once", quickly_fitted)
     return seen
-
-
-@pytest.fixture
-def cube(blender):
-    black_scene(8, 8, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
-    return blender.context.object
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -89,11 +81,6 @@ def test_a_preset_that_is_chosen_in_a_dialog_shows_its_levels_and_ends_auto(blen
 
 
 def test_a_dialog_begins_with_the_preference_and_not_with_the_last_use(blender, extension, monkeypatch):
-    from types import SimpleNamespace
-
-    from measured_brdf.addon.core import preferences
-    from measured_brdf.addon.importing import import_data
-
     monkeypatch.setattr(preferences, "get", lambda context: SimpleNamespace(preset="Draft"))
     last = blender.context.window_manager.operator_properties_last("measured_brdf.import_data")
     last.preset, last.use_tolerance, last.sample, last.angles = "Reference", True, "felt", "radians"
@@ -116,7 +103,7 @@ def test_a_dialog_begins_with_the_preference_and_not_with_the_last_use(blender, 
         def __setattr__(self, name, value):
             setattr(last, name, value)
 
-    import_data.begin_with_preference(Operator(), blender.context)
+    making.begin_with_preference(Operator(), blender.context)
     assert (last.preset, last.use_tolerance, last.sample, last.angles) == ("Draft", False, "", "auto")
     assert [getattr(last, level) for level in LEVELS] == pytest.approx([PRESETS["Draft"][level] for level in LEVELS])
 
@@ -126,9 +113,11 @@ def test_a_fit_that_asks_for_its_lost_file_goes_on_with_its_preset(blender, exte
     blender.ops.measured_brdf.import_data(filepath=file, preset="Paper")
     cube.active_material.measured_brdf.filepath = "/lost.astm"
     asks = SimpleNamespace(find_file=lambda how, **options: given.append(options))
+    fake = SimpleNamespace(path=blender.path, app=SimpleNamespace(background=False),
+                           ops=SimpleNamespace(measured_brdf=asks))
     with monkeypatch.context() as patched:
-        patched.setattr(module, "bpy", SimpleNamespace(path=blender.path, app=SimpleNamespace(background=False),
-                                                       ops=SimpleNamespace(measured_brdf=asks)))
+        for each in (module, modal):
+            patched.setattr(each, "bpy", fake)
         operator = SimpleNamespace(filepath="", preset="Draft")
         assert module.MEASUREDBRDF_OT_fit.invoke(operator, blender.context, None) == {"CANCELLED"}
     blender.ops.measured_brdf.find_file(filepath=file, **given[0])
@@ -143,15 +132,10 @@ def test_the_preset_of_a_material_leaves_its_levels_alone(blender, extension):
     assert settings.diffuse_level == 2
 
 
-def test_presets_and_samples_are_not_offered_for_materials_of_other_files(blender, cube, file, asked, tmp_path):
+def test_presets_and_samples_are_not_offered_for_materials_of_other_files(blender, cube, file, asked, from_library):
     blender.ops.measured_brdf.import_data(filepath=file)
     cube.active_material.name = "theirs"
-    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
-    black_scene(8, 8, samples=1, span=1)
-    blender.ops.mesh.primitive_plane_add()
-    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, target):
-        target.materials = ["theirs"]
-    blender.context.object.active_material = target.materials[0]
+    from_library("theirs")
     for name in ("use_preset", "fit", "find_file"):
         assert not getattr(blender.ops.measured_brdf, name).poll(), name
     with pytest.raises(RuntimeError, match="another file"):

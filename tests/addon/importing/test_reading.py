@@ -8,6 +8,9 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core import checks
+from measured_brdf.addon.core.storage.reading import scene_colours
+from measured_brdf.addon.work import command
 
 import fitter
 from fitter.colours import conversion
@@ -54,8 +57,6 @@ def use_space(bpy, name):
 
 
 def findings(bpy):
-    from measured_brdf.addon.core import checks
-
     return [finding for finding in checks.check(bpy.context.scene) if finding.key.startswith("colours")]
 
 
@@ -117,43 +118,6 @@ def test_an_unknown_choice_is_refused(blender, cube, file, name):
         blender.ops.measured_brdf.import_data(filepath=file, **{name: "other"})
 
 
-class Window:
-    """Blender's module as `import_data` sees it in a window: operators that are called are noted."""
-
-    def __init__(self, bpy):
-        self.called, self.columns = [], []
-        operators = SimpleNamespace(import_data=lambda *arguments, **options: self.called.append((arguments, options)),
-                                    name_columns=lambda *given, **options: self.columns.append((given, options)))
-        self.ops = SimpleNamespace(measured_brdf=operators)
-        self.app = SimpleNamespace(background=False)
-        self.types, self.data, self.path = bpy.types, bpy.data, bpy.path
-
-
-@pytest.mark.parametrize(("is_invoke", "asks"), [(True, True), (False, False)])
-def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, extension, file, monkeypatch, is_invoke,
-                                                                  asks):
-    module = extension.addon.importing.import_data
-    window, reports = Window(blender), []
-    monkeypatch.setattr(module, "bpy", window)
-    operator = SimpleNamespace(options=SimpleNamespace(is_invoke=is_invoke), directory="", files=[], sample="",
-                               filepath=file, preset="Paper", diffuse_level=2, specular_level=-1, compression=0.0,
-                               use_tolerance=False, tolerance=1.0, rendering="AUTO", angles="auto", quantity="auto",
-                               illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw", target=7, slot=1,
-                               is_checked=False, others="8", report=lambda kind, text: reports.append(text))
-    operator.given = lambda: {"filepath": file, "target": 7, "slot": 1, "others": "8"}
-    with pytest.raises(ValueError, match="degrees or radians") as raised:
-        extension.fitter.load(file)
-    assert module.MEASUREDBRDF_OT_import_data._failed(operator, raised.value) == {"CANCELLED"}
-    if asks:
-        (kind, given), = window.called
-        assert kind == ("INVOKE_DEFAULT",)
-        assert [given[name] for name in ("filepath", "target", "slot", "others")] == [file, 7, 1, "8"]
-        assert "degrees or radians" in given["complaint"]
-    else:
-        assert not window.called
-        assert "degrees or radians" in reports[0]
-
-
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.importing.import_data
     for complaint, expected in (("", {"angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding",
@@ -178,8 +142,6 @@ def test_the_dialogs_draw_the_options(extension):
 @pytest.mark.parametrize(("space", "name"), [("Linear Rec.709", "Rec.709"), ("Linear Rec.2020", "Rec.2020"),
                                              ("ACEScg", "ACEScg")])
 def test_the_space_of_the_file_is_that_of_the_picture(blender, cube, file, space, name):
-    from measured_brdf.addon.core.storage.reading import scene_colours
-
     use_space(blender, space)
     assert scene_colours() == name
     blender.ops.measured_brdf.import_data(filepath=file, diffuse_level=4, specular_level=6, **HOW)
@@ -231,8 +193,6 @@ def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extens
 @HAVE_SPACES
 def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_path, capfd):
     """What is linked from it into a file of that space has the right colours there, those of the stand-in too."""
-    from measured_brdf.addon.work import command
-
     out = tmp_path / "out" / "library.blend"
     given = ["convert", file, "-o", str(out), "--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none",
              "--processes", "1", "--angles", "radians", "--quantity", "brdf_cos", "--colours", "ACEScg"]
@@ -251,11 +211,11 @@ def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_pat
 
 def test_a_file_without_units_is_known_by_its_error_across_processes(blender, file, extension):
     jobs = extension.addon.work
-    job = jobs.process.start(partial(jobs.tasks.outcomes, [(file, "")], {"diffuse_level": 1, "specular_level": None}))
+    work = partial(jobs.tasks.outcomes, [(file, "")], {"diffuse_level": 1, "specular_level": None})
+    job = jobs.process.Calculation(work).start()
     until = time.monotonic() + 60
     while not job.poll() and time.monotonic() < until:
         time.sleep(0.01)
-    jobs.process.unregister()
     ((_, _, error),) = job.result
     assert isinstance(error, extension.fitter.UnitsUnknownError)
 
@@ -276,11 +236,3 @@ def test_a_folder_becomes_a_library_by_the_options_for_the_open_file(blender, fi
     settings = target.materials[0].measured_brdf
     assert (settings.colours, settings.angles, settings.quantity, settings.illuminant, settings.rendering) == (
         "ACEScg", "radians", "brdf_cos", "A", "NODES")
-
-
-def test_the_same_numbers_in_another_space_are_other_measurements(extension, glossy):
-    tasks, samples = extension.addon.work.tasks, extension.fitter.Samples
-    one, other = (samples(*glossy.directions, glossy.values, glossy.channels, colours=space)
-                  for space in ("Rec.709", "ACEScg"))
-    assert tasks.digest(one) != tasks.digest(other)
-    assert tasks.digest(one) == tasks.digest(glossy)

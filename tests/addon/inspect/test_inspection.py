@@ -8,6 +8,10 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import comparison
+from measured_brdf.addon.inspect import inspection, operators, overlay, plot, session, surface, view
+from measured_brdf.addon.work import queries, tasks
+from measured_brdf.fitter.imaging import plane_plot as drawing_plane
 
 import fitter
 from fitter.imaging import plane_plot
@@ -16,38 +20,30 @@ from support.anisotropic import brushed_fit
 from support.cases import release
 from support.checkout import ROOT
 from support.stage import black_scene, material_for
+from tests.addon.answers import answer_all
 
 FIT = brushed_fit()
 WIDTH, HEIGHT = 1200, 800
 
 
 @pytest.fixture
-def parts(extension):
-    from measured_brdf.addon.inspect import inspection, plot, session, surface, view
-    from measured_brdf.addon.inspect import operators as inspect_reflectance
-
-    return SimpleNamespace(inspect=inspect_reflectance, inspection=inspection, plot=plot, session=session,
-                           surface=surface, view=view)
-
-
-@pytest.fixture
-def above(parts):
+def above():
     """The view straight down: 4 units on 1200 pixels; y is up."""
     matrix = np.diag([2 / 4, 2 / 4 * WIDTH / HEIGHT, -0.01, 1.0])
-    return parts.view.View(matrix, WIDTH, HEIGHT)
+    return view.View(matrix, WIDTH, HEIGHT)
 
 
 @pytest.fixture
-def inspected(parts):
-    spot = parts.surface.Spot(1, 2, np.zeros(3), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), True, 0.0, "around Z")
-    made = parts.inspection.Inspection(spot, 0.5, math.radians(40), 0.3)
-    made.show(parts.inspection.InspectedSurface(FIT, "steel", "Rec.709"))
+def inspected():
+    spot = surface.Spot(1, 2, np.zeros(3), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), True, 0.0, "around Z")
+    made = inspection.Inspection(spot, 0.5, math.radians(40), 0.3)
+    made.show(inspection.InspectedSurface(FIT, "steel", "Rec.709"))
     return made
 
 
 @pytest.fixture
-def disc(parts):
-    return parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
+def disc():
+    return plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
 
 
 FRAME = np.eye(4)
@@ -70,9 +66,9 @@ def test_the_ridge_lies_on_the_lobe(inspected):
         assert length == pytest.approx(np.cbrt(value), rel=1e-5)
 
 
-def test_pressing_in_the_hemisphere_takes_the_light_there_and_dragging_moves_it(inspected, above, disc, parts):
+def test_pressing_in_the_hemisphere_takes_the_light_there_and_dragging_moves_it(inspected, above, disc):
     inspected.with_plot = False
-    far = parts.inspection.HANDLE * 0.5
+    far = inspection.HANDLE * 0.5
     assert inspected.press(above, FRAME, disc, above.project((far * math.sin(0.6), 0, 0)))
     assert (inspected.theta_i, inspected.phi_i) == pytest.approx((0.6, 0.0), abs=1e-6)
     inspected.move(above, FRAME, disc, above.project((0, far * math.sin(1.0), 0)))
@@ -124,8 +120,8 @@ def test_keys_switch_the_radius_and_the_plot_and_move_the_light(inspected):
     assert not inspected.key("G")
 
 
-def test_another_fit_has_another_curve_and_other_values(inspected, parts):
-    other = parts.inspection.InspectedSurface(prior.lambertian(np.array([[0.2]])), "paper", "Rec.709")
+def test_another_fit_has_another_curve_and_other_values(inspected):
+    other = inspection.InspectedSurface(prior.lambertian(np.array([[0.2]])), "paper", "Rec.709")
     assert inspected.show(other)
     assert not inspected.show(other)
     np.testing.assert_allclose(inspected.curve[1], 0.2)
@@ -141,12 +137,8 @@ def values(inspected, theta):
 
 # -- in Blender, without a window ------------------------------------------------------------------------------------
 
-class Region(SimpleNamespace):
-    """A region as `inspect_reflectance` uses it."""
-
-
 @pytest.fixture
-def stage(blender, parts, monkeypatch):
+def stage(blender, monkeypatch):
     """A sphere of an anisotropic material before a made-up window; a function begins the operator."""
     black_scene(8, 8, 1, 1)
     bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
@@ -155,7 +147,7 @@ def stage(blender, parts, monkeypatch):
     item.data.materials.append(material_for(FIT))
     bpy.context.view_layer.update()
     matrix = np.diag([2 / 4, 2 / 4 * WIDTH / HEIGHT, -0.01, 1.0])
-    region = Region(type="WINDOW", x=10, y=20, width=WIDTH, height=HEIGHT,
+    region = SimpleNamespace(type="WINDOW", x=10, y=20, width=WIDTH, height=HEIGHT,
                     data=SimpleNamespace(perspective_matrix=matrix))
     area = SimpleNamespace(type="VIEW_3D", regions=[region], width=WIDTH, height=HEIGHT, as_pointer=lambda: 4711,
                            tag_redraw=lambda: None)
@@ -171,11 +163,11 @@ def stage(blender, parts, monkeypatch):
                               scene=bpy.context.scene, region=region, region_data=region.data,
                               evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
                               preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)))
-    monkeypatch.setattr(parts.inspect, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    monkeypatch.setattr(operators, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
     fake = SimpleNamespace(context=context, data=bpy.data, app=bpy.app, types=SimpleNamespace(SpaceView3D=space))
-    monkeypatch.setattr(parts.session, "bpy", fake)
+    monkeypatch.setattr(session, "bpy", fake)
 
-    class Operator(parts.inspect.Inspecting):
+    class Operator(operators.Inspecting):
         place = "MOUSE"
         reports: list
 
@@ -197,78 +189,62 @@ def stage(blender, parts, monkeypatch):
         event = SimpleNamespace(mouse_x=at[0] + region.x, mouse_y=at[1] + region.y)
         return made.operator.invoke(context, event)
 
-    made.send, made.begin = send, begin
+    def show():
+        """Begin, and take the fit once it is there: the inspection."""
+        begin()
+        answer_all()
+        send("TIMER")
+        return session.running.inspection
+
+    made.send, made.begin, made.show = send, begin, show
     yield made
-    parts.session.stop()
+    session.stop()
 
 
-def answer():
-    from measured_brdf.addon.work import queue
-
-    queue.answer_all()
-
-
-def inspection_of(parts):
-    return parts.session.running.inspection
-
-
-def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material(stage, parts):
+def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material(stage):
     assert stage.begin(at=(WIDTH / 2 + 150, HEIGHT / 2)) == {"RUNNING_MODAL"}
     assert len(stage.handlers) == 2
     assert len(stage.timers) == 1
-    running = inspection_of(parts)
+    running = session.running.inspection
     frame = running.spot.frame(np.eye(4))
     np.testing.assert_allclose(frame[:2, 3], (0.5, 0), atol=0.01)
     np.testing.assert_allclose(frame[:3, 2], (0.5, 0, math.sqrt(0.75)), atol=0.02)
     assert running.lobe is None
-    answer()
+    answer_all()
     assert stage.send("TIMER") == {"PASS_THROUGH"}
     np.testing.assert_allclose(values(running, 0.4), FIT.evaluate(running.theta_i, running.phi_i, 0.4, math.pi),
                                rtol=1e-5)
 
 
 @pytest.mark.parametrize(("file", "source"), [("published:chrome", "published fit"), ("brass.astm", "measured")])
-def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monkeypatch, file, source):
-    from measured_brdf.addon.inspect import overlay
-
+def test_the_dots_of_a_published_fit_are_not_called_measured(stage, monkeypatch, file, source):
     answered = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
-    monkeypatch.setattr(parts.session.queries, "samples_near_plane", lambda *_: answered)
+    monkeypatch.setattr(session.queries, "samples_near_plane", lambda *_: answered)
     stage.item.active_material.measured_brdf.filepath = file
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    said = []
+    running, said = stage.show(), []
     monkeypatch.setattr(overlay.drawing, "text", lambda text, *_, **room: said.append(text) or 0)
-    overlay._draw_titles(inspection_of(parts), parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0),
-                         inspection_of(parts).plane)
+    overlay._draw_titles(running, plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), running.plane)
     assert f"dots: {source} at 40.1\u00b0" in said[-1]
 
 
-def test_dots_of_the_same_values_at_other_angles_are_drawn_anew(stage, parts, monkeypatch):
+def test_dots_of_the_same_values_at_other_angles_are_drawn_anew(stage, monkeypatch):
     dots = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
-    monkeypatch.setattr(parts.session.queries, "samples_near_plane", lambda *_: dots)
-    stage.begin()
-    answer()
-    stage.send("TIMER")
+    monkeypatch.setattr(session.queries, "samples_near_plane", lambda *_: dots)
+    stage.show()
     drawn = []
-    monkeypatch.setattr(parts.session.Session, "redraw", lambda _: drawn.append(True))
-    parts.session.running.refresh()
+    monkeypatch.setattr(session.Session, "redraw", lambda _: drawn.append(True))
+    session.running.refresh()
     assert not drawn
     dots.result = (np.array([0.2]), *dots.result[1:])
-    parts.session.running.refresh()
+    session.running.refresh()
     assert drawn
 
 
-def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
+def test_what_nobody_measured_is_dashed_and_said(stage, monkeypatch):
     """Measured up to 60 degrees of one direction and 75 of the other; the light is at 40 or at 70."""
-    from measured_brdf.addon.inspect import overlay
-
     settings = stage.item.active_material.measured_brdf
     settings.least, settings.farthest = 60, 75
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    running, disc = inspection_of(parts), parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
+    running, disc = stage.show(), plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
     angles = np.radians([-80, -70, 0, 59, 70, 80])
     running.theta_i = math.radians(40)
     assert running.is_extrapolated(angles).tolist() == [True, False, False, False, False, True]
@@ -290,14 +266,9 @@ def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
 
 
 @pytest.mark.parametrize("is_pinned", [False, True])
-def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeypatch, random, is_pinned):
+def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, monkeypatch, random, is_pinned):
     """One drawing of one plane: the fit, its samples and what is a guess, into a picture and over the viewport; and the
     material that Compare has pinned."""
-    from measured_brdf.addon.core.shading import comparison
-    from measured_brdf.addon.inspect import overlay
-    from measured_brdf.addon.work import queries, tasks
-    from measured_brdf.fitter.imaging import plane_plot as drawing_plane
-
     theta, phi = random.uniform(0, 1.5, (2, 300)), random.uniform(0, 6, (2, 300))
     paper = fitter.Samples(theta[0], phi[0], theta[1], phi[1], np.tile([0.2, 0.1, 0.05], (300, 1)),
                            ("R", "G", "B"))
@@ -308,21 +279,17 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
     settings = stage.item.active_material.measured_brdf
     settings.least, settings.farthest = 60, 75
     dots = np.radians([10.0, 20.0]), np.full((2, 1), 0.1), math.radians(40)
-    monkeypatch.setattr(parts.session.queries, "samples_near_plane",
-                        lambda *_: SimpleNamespace(finished=1.0, result=dots))
+    monkeypatch.setattr(session.queries, "samples_near_plane", lambda *_: SimpleNamespace(finished=1.0, result=dots))
     monkeypatch.setattr(drawing_plane, "samples_near_plane", lambda *_: dots)
     monkeypatch.setattr(tasks, "load_samples", lambda _data: "samples")
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    running, drawn, said = inspection_of(parts), [], []
+    running, drawn, said = stage.show(), [], []
     monkeypatch.setattr(drawing_plane, "draw", lambda _pen, _disc, plane: drawn.append(plane))
     for name in ("fan", "line", "discs"):
         monkeypatch.setattr(overlay.drawing, name, lambda *_: 0.0)
     monkeypatch.setattr(overlay.drawing, "text",
                         lambda text, _at, _size, color, *_, **room: said.append((text, color)) or 0.0)
     monkeypatch.setattr(overlay, "gpu", SimpleNamespace(state=SimpleNamespace(blend_set=lambda _mode: None)))
-    overlay.draw_plot(running, parts.plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), "")
+    overlay.draw_plot(running, plot.place_plot((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), "")
     fits = [(queries.shown_fits(each), queries.reaches(each)) for each in (stage.item.active_material, other)]
     tasks.polar_plot(fits if is_pinned else fits[:1], object(), running.theta_i, running.phi_i)
     (viewport, picture) = drawn
@@ -346,12 +313,9 @@ def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeyp
         assert (f"B {mirror}", plane_plot.PAIR[1]) in said
 
 
-def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage, parts):
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    running = inspection_of(parts)
-    reach = parts.inspection.HANDLE * running.size * WIDTH / 4
+def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage):
+    running = stage.show()
+    reach = inspection.HANDLE * running.size * WIDTH / 4
     place = (WIDTH / 2, HEIGHT / 2 + 0.5 * reach)
     running.with_plot = False
     assert stage.send("LEFTMOUSE", "PRESS", place) == {"RUNNING_MODAL"}
@@ -367,123 +331,100 @@ def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage
                               ("RIGHTMOUSE", "PRESS", {"at": (-60, 5)}), ("R", "PRESS", {"at": (-60, 5)})):
         assert stage.send(kind, value, **more) == {"PASS_THROUGH"}, kind
     assert running.radius == "linear"
-    assert parts.session.running is not None
+    assert session.running is not None
 
 
-def test_a_click_with_ctrl_takes_another_spot(stage, parts):
+def test_a_click_with_ctrl_takes_another_spot(stage):
     stage.begin()
-    before = inspection_of(parts).spot
+    before = session.running.inspection.spot
     assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2, HEIGHT / 2 + 200), ctrl=True) == {"RUNNING_MODAL"}
-    after = inspection_of(parts).spot
+    after = session.running.inspection.spot
     np.testing.assert_allclose(after.location[:2] - before.location[:2], (0, 200 / 300), atol=0.02)
     assert stage.send("LEFTMOUSE", "PRESS", (5, 5), ctrl=True) == {"PASS_THROUGH"}
-    assert inspection_of(parts).spot is after
+    assert session.running.inspection.spot is after
 
 
-def test_a_sidebar_over_the_view_keeps_its_clicks(stage, parts):
-    stage.area.regions.append(Region(type="UI", x=WIDTH / 2, y=20, width=WIDTH, height=HEIGHT))
+def test_a_sidebar_over_the_view_keeps_its_clicks(stage):
+    stage.area.regions.append(SimpleNamespace(type="UI", x=WIDTH / 2, y=20, width=WIDTH, height=HEIGHT))
     stage.begin()
     assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2 + 20, HEIGHT / 2)) == {"PASS_THROUGH"}
     assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2 - 20, HEIGHT / 2)) == {"RUNNING_MODAL"}
 
 
-def gone(stage, parts):
-    return parts.session.running is None and not stage.handlers and not stage.timers
+def broken(*_):
+    raise ZeroDivisionError("no length")
+
+
+def gone(stage):
+    return session.running is None and not stage.handlers and not stage.timers
 
 
 @pytest.mark.parametrize("event", [("ESC", "PRESS"), ("RIGHTMOUSE", "PRESS")])
-def test_esc_and_the_right_mouse_end_it_and_nothing_is_left(stage, parts, event):
+def test_esc_and_the_right_mouse_end_it_and_nothing_is_left(stage, event):
     stage.begin()
     assert stage.send(*event) == {"FINISHED"}
-    assert gone(stage, parts)
+    assert gone(stage)
     assert stage.send() == {"CANCELLED"}
 
 
-def area_closes(stage):
-    stage.window.screen.areas.clear()
+CHANGES = {"the area closes": lambda stage: stage.window.screen.areas.clear(),
+           "the area becomes another editor": lambda stage: setattr(stage.area, "type", "IMAGE_EDITOR"),
+           "the object is deleted": lambda stage: bpy.data.objects.remove(stage.item),
+           "the material is deleted": lambda stage: bpy.data.materials.remove(stage.item.active_material),
+           "it is measured no more": lambda stage: stage.item.active_material.node_tree.nodes.clear()}
 
 
-def area_becomes_another_editor(stage):
-    stage.area.type = "IMAGE_EDITOR"
-
-
-def object_is_deleted(stage):
-    bpy.data.objects.remove(stage.item)
-
-
-def material_is_deleted(stage):
-    bpy.data.materials.remove(stage.item.active_material)
-
-
-def material_is_not_measured_any_more(stage):
-    stage.item.active_material.node_tree.nodes.clear()
-
-
-@pytest.mark.parametrize("change", [area_closes, area_becomes_another_editor, object_is_deleted, material_is_deleted,
-                                    material_is_not_measured_any_more])
-def test_it_ends_where_what_it_shows_is_gone(stage, parts, change):
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    change(stage)
+@pytest.mark.parametrize("change", CHANGES)
+def test_it_ends_where_what_it_shows_is_gone(stage, change):
+    stage.show()
+    CHANGES[change](stage)
     assert stage.send("TIMER") == {"CANCELLED"}
-    assert gone(stage, parts)
+    assert gone(stage)
 
 
-def test_opening_a_file_ends_it(stage, parts):
+def test_opening_a_file_ends_it(stage):
     stage.begin()
     for handler in bpy.app.handlers.load_pre:
-        if handler.__module__ == parts.session.__name__:
+        if handler.__module__ == session.__name__:
             handler("another.blend")
-    assert gone(stage, parts)
+    assert gone(stage)
     assert stage.send("TIMER") == {"CANCELLED"}
 
 
-def test_blender_may_end_it_and_unregistering_does(stage, parts):
+def test_blender_may_end_it_and_unregistering_does(stage):
     stage.begin()
     stage.operator.cancel(stage.context)
-    assert gone(stage, parts)
+    assert gone(stage)
     stage.begin()
-    parts.session.unregister()
-    parts.session.register()
-    assert gone(stage, parts)
+    session.unregister()
+    session.register()
+    assert gone(stage)
 
 
-def test_calling_it_again_ends_it(stage, parts):
+def test_calling_it_again_ends_it(stage):
     stage.begin()
     assert stage.begin() == {"FINISHED"}
-    assert gone(stage, parts)
+    assert gone(stage)
 
 
-def test_an_error_in_an_event_takes_everything_away(stage, parts, monkeypatch):
+def test_an_error_in_an_event_takes_everything_away(stage, monkeypatch):
     stage.begin()
-
-    def broken(*_):
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(parts.inspection.Inspection, "key", broken)
+    monkeypatch.setattr(inspection.Inspection, "key", broken)
     with pytest.raises(ZeroDivisionError):
         stage.send("R", "PRESS")
-    assert gone(stage, parts)
+    assert gone(stage)
 
 
-def test_an_error_at_the_beginning_leaves_nothing(stage, parts, monkeypatch):
-    def broken(*_):
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(parts.session.queries, "fit_job", broken)
+def test_an_error_at_the_beginning_leaves_nothing(stage, monkeypatch):
+    monkeypatch.setattr(session.queries, "fit_job", broken)
     with pytest.raises(ZeroDivisionError):
         stage.begin()
-    assert gone(stage, parts)
+    assert gone(stage)
 
 
-def test_an_error_in_drawing_is_told_once_and_ends_it(stage, parts, monkeypatch, capfd):
+def test_an_error_in_drawing_is_told_once_and_ends_it(stage, monkeypatch, capfd):
     stage.begin()
-
-    def broken(*_):
-        raise ZeroDivisionError("no length")
-
-    monkeypatch.setattr(parts.session.overlay, "draw_labels", broken)
+    monkeypatch.setattr(session.overlay, "draw_labels", broken)
     for _ in range(3):
         stage.handlers[1][0]()
     assert capfd.readouterr().err.count("Traceback") == 1
@@ -491,10 +432,10 @@ def test_an_error_in_drawing_is_told_once_and_ends_it(stage, parts, monkeypatch,
     (kind, message), = stage.operator.reports
     assert kind == {"ERROR"}
     assert "no length" in message
-    assert gone(stage, parts)
+    assert gone(stage)
 
 
-def test_an_object_without_a_surface_is_reported(stage, parts):
+def test_an_object_without_a_surface_is_reported(stage):
     for vertex in stage.item.data.vertices:
         vertex.co = (0, 0, 0)
     bpy.ops.object.mode_set(mode="EDIT")
@@ -503,31 +444,28 @@ def test_an_object_without_a_surface_is_reported(stage, parts):
     bpy.ops.object.mode_set(mode="OBJECT")
     assert stage.begin() == {"CANCELLED"}
     assert "no surface" in stage.operator.reports[0][1]
-    assert gone(stage, parts)
+    assert gone(stage)
 
 
-def test_no_3d_view_is_reported(stage, parts):
+def test_no_3d_view_is_reported(stage):
     stage.area.type = "IMAGE_EDITOR"
     assert stage.begin() == {"CANCELLED"}
     assert "No 3D viewport" in stage.operator.reports[0][1]
-    assert gone(stage, parts)
+    assert gone(stage)
 
 
 @release
-def test_an_undone_material_is_followed(stage, parts):
+def test_an_undone_material_is_followed(stage):
     """The shader changes under the inspection, as undo, an edit or a refit changes it."""
-    stage.begin()
-    answer()
-    stage.send("TIMER")
-    before = inspection_of(parts).shown
+    before = stage.show().shown
     other = material_for(brushed_fit(0.3, 0.5))
     group, its = (next(node for node in each.node_tree.nodes if node.type == "GROUP")
                   for each in (stage.item.active_material, other))
     group.node_tree = its.node_tree
     stage.send("TIMER")
-    answer()
+    answer_all()
     stage.send("TIMER")
-    assert inspection_of(parts).shown.fit is not before.fit
+    assert session.running.inspection.shown.fit is not before.fit
 
 
 def test_without_a_window_it_says_so_and_does_nothing(blender):

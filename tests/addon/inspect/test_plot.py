@@ -5,20 +5,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from measured_brdf.addon.inspect import drawing, plot
+from measured_brdf.addon.inspect.overlay import lobe_colors, shading
 
 from fitter.imaging import plane_plot
 
 
-@pytest.fixture
-def plot(extension):
-    from measured_brdf.addon.inspect import plot
-
-    return plot
-
-
 @pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
 @pytest.mark.parametrize("side", ["LEFT", "RIGHT"])
-def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
+def test_a_plot_is_large_and_inside_of_its_region(side, scale):
     made = plot.place_plot((40, 0, 1400 * scale, 800 * scale), side, scale)
     assert 400 * scale <= made.width
     assert 300 * scale <= made.height
@@ -32,14 +27,14 @@ def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
     assert made.line(-1)[1] < made.line(-2)[1] < made.center[1] < made.line(1)[1] < made.line(0)[1]
 
 
-def test_a_small_region_has_a_smaller_plot(plot):
+def test_a_small_region_has_a_smaller_plot():
     made = plot.place_plot((0, 0, 420, 360), "LEFT", 1.0)
     assert made.width <= 420 - 20
     assert made.height <= 360
     assert plot.place_plot((0, 0, 50, 20), "LEFT", 1.0).radius > 0
 
 
-def test_angles_of_points_are_those_they_were_made_of(plot):
+def test_angles_of_points_are_those_they_were_made_of():
     made = plot.place_plot((0, 0, 900, 700), "RIGHT", 1.0)
     for theta in (-1.5, -0.4, 0.0, 0.9, 1.5):
         for length in (0.2, 1.0):
@@ -54,7 +49,7 @@ def test_angles_of_points_are_those_they_were_made_of(plot):
     assert not made.holds((made.x - 1, made.y))
 
 
-def test_sidebars_and_headers_are_left_free(plot):
+def test_sidebars_and_headers_are_left_free():
     region = (100, 50, 1000, 600)
     tools, sidebar = (100, 50, 60, 550), (900, 50, 200, 550)
     header, other = (100, 600, 1000, 50), (2000, 0, 300, 900)
@@ -68,13 +63,13 @@ def test_sidebars_and_headers_are_left_free(plot):
     ((168, 58, 300, 320), (368, 0, 632, 550)),          # open
     ((168, 58, 700, 320), (60, 328, 940, 222)),
 ])
-def test_a_panel_that_floats_in_a_corner_leaves_the_larger_part_beside_it(plot, panel, free):
+def test_a_panel_that_floats_in_a_corner_leaves_the_larger_part_beside_it(panel, free):
     tools, header = (100, 50, 60, 550), (100, 600, 1000, 50)
     assert plot.free_part((100, 50, 1000, 600), [tools, header, panel]) == free
     assert plot.free_part((100, 50, 1000, 600), [panel, header, tools])[3] >= free[3]
 
 
-def test_what_is_covered_as_a_whole_has_no_free_part(plot):
+def test_what_is_covered_as_a_whole_has_no_free_part():
     _, _, width, height = plot.free_part((100, 50, 300, 200), [(0, 0, 900, 900)])
     assert max(width, 0) * max(height, 0) == 0
     assert plot.place_plot(plot.free_part((100, 50, 300, 200), [(0, 0, 900, 900)]), "LEFT", 1.0).radius > 0
@@ -102,8 +97,6 @@ def test_values_are_shown_with_three_digits(value, shown):
 
 
 def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_larger(extension):
-    from measured_brdf.addon.inspect.overlay import lobe_colors
-
     values = np.array([[8.0, 4.0, 2.0], [0.08, 0.04, 0.02], [0.0, 0.0, 0.0]])
     colours = lobe_colors(values, "Rec.709")
     np.testing.assert_allclose(colours[0], (1, 0.5, 0.25))
@@ -115,8 +108,6 @@ def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_large
 
 
 def test_what_faces_the_key_light_is_brightest_and_all_is_lit_a_little(extension):
-    from measured_brdf.addon.inspect.overlay import shading
-
     axes = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=float)     # the viewer is on the x axis
     toward_key = np.array([[0.7, -0.42, 0.58]])
     away = -toward_key
@@ -135,8 +126,6 @@ def test_dashes_lie_on_a_line_and_have_gaps_of_their_length():
 @pytest.mark.parametrize("room", [150.0, 291.0, 299.5])
 def test_text_that_is_too_wide_is_drawn_in_its_room_also_where_letters_are_hinted(extension, monkeypatch, room):
     """A font whose letters are whole pixels wide: half of its size makes them more than half as wide."""
-    from measured_brdf.addon.inspect import drawing
-
     state, drawn = {}, []
     font = SimpleNamespace(
         size=lambda _font, size: state.update(size=size), color=lambda *_: None, position=lambda *_: None,

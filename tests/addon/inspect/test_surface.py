@@ -5,6 +5,8 @@ import math
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading.material import tangent_input
+from measured_brdf.addon.inspect import surface
 
 from support.anisotropic import brushed_fit
 from support.stage import black_scene, material_for, render, set_input
@@ -33,8 +35,6 @@ def show(material, shape, modifier=None, **options):
 
 
 def tangent_node(material, **settings):
-    from measured_brdf.addon.core.shading.material import tangent_input
-
     node = material.node_tree.nodes.new("ShaderNodeTangent")
     for name, value in settings.items():
         setattr(node, name, value)
@@ -58,8 +58,6 @@ def rendered(material, output):
 
 
 def compare(item, material, most_degrees, tangent_output=None):
-    from measured_brdf.addon.inspect import surface
-
     nodes = material.node_tree.nodes
     geometry = nodes.new("ShaderNodeNewGeometry")
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -111,8 +109,6 @@ def test_the_tangent_of_a_uv_map_is_that_of_cycles(material, shape, modifier, mo
 
 
 def first(item, depsgraph=None):
-    from measured_brdf.addon.inspect import surface
-
     return surface.nearest(item, depsgraph or bpy.context.evaluated_depsgraph_get(), (0, 0, 9), np.array([0, 0, 1.0]))
 
 
@@ -146,8 +142,6 @@ def test_a_face_of_five_corners_has_the_gradient_of_its_uv_map(material):
 
 
 def test_the_back_of_a_surface_has_its_normal_toward_the_viewer(material):
-    from measured_brdf.addon.inspect import surface
-
     bpy.ops.mesh.primitive_plane_add(rotation=(0.3, 0, 0))
     item = bpy.context.object
     item.data.materials.append(material)

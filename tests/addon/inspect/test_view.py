@@ -4,16 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from mathutils import Matrix, Vector
+from measured_brdf.addon.inspect.view import View, drag_direction
 
 
 @pytest.fixture
 def view(extension):
-    from measured_brdf.addon.inspect.view import View
-
     def made(orthographic=False, width=900, height=600):
         """A camera at (3, -6, 4) that looks at (0, 0, 1); 50 degrees across, or 5 units."""
-        from mathutils import Matrix, Vector
-
         eye = Vector((3, -6, 4))
         turned = (Vector((0, 0, 1)) - eye).to_track_quat("-Z", "Y")
         to_camera = np.array((Matrix.Translation(eye) @ turned.to_matrix().to_4x4()).inverted())
@@ -83,8 +81,6 @@ def test_a_pixel_is_as_long_as_two_points_a_pixel_apart_are_apart(view, orthogra
 
 @pytest.mark.parametrize("orthographic", [False, True])
 def test_dragging_finds_the_direction_whose_point_is_under_the_mouse(view, frame, orthographic):
-    from measured_brdf.addon.inspect.view import drag_direction
-
     seen, radius = view(orthographic), 0.8
     for theta, phi in ((0.1, 2.0), (0.5, -1.0), (0.9, 0.4), (0.3, 3.0)):
         point = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
@@ -101,8 +97,6 @@ def upright():
 
 
 def test_dragging_below_the_horizon_stays_above_it(view, upright):
-    from measured_brdf.addon.inspect.view import drag_direction
-
     seen = view()
     to_camera = np.array([3, -6, 0]) / math.hypot(3, 6)
     at = seen.project(upright[:3, 3] + 0.8 * (0.6 * to_camera - (0, 0, 0.8)))
@@ -112,8 +106,6 @@ def test_dragging_below_the_horizon_stays_above_it(view, upright):
 
 
 def test_dragging_beside_the_hemisphere_keeps_to_its_outline(view, upright):
-    from measured_brdf.addon.inspect.view import drag_direction
-
     seen, center = view(), upright[:3, 3]
     away = np.array([250.0, 300.0])
     theta, phi = drag_direction(seen, seen.project(center) + away, upright, 0.8)

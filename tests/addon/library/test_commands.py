@@ -31,7 +31,7 @@ def test_a_blender_without_osl_is_noted(extension, tmp_path, monkeypatch, name, 
 
 @pytest.mark.parametrize("use_tolerance", [False, True])
 def test_the_tolerance_is_given_where_it_is_used(extension, monkeypatch, tmp_path, use_tolerance):
-    module = extension.addon.library.folders
+    module = extension.addon.library.operators
     monkeypatch.setattr(module, "load_arguments", lambda _: {"illuminant": "A", "columns": None})
     monkeypatch.setattr(module, "Command", lambda *arguments: [str(each) for each in arguments])
     made = SimpleNamespace(

@@ -5,6 +5,7 @@ import itertools
 import json
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +13,12 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from bpy.app.handlers import persistent
+from measured_brdf.addon.core.libraries import library_file
+from measured_brdf.addon.core.libraries import library_file as libraries
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import mixing
+from measured_brdf.addon.work import process, tasks
+from measured_brdf.fitter import load
 
 import fitter
 from fitter import cli
@@ -130,8 +137,6 @@ def test_measurements_that_are_a_multiple_and_other_options_are_not_up_to_date(b
 
 
 def test_a_rendering_that_a_user_chose_in_a_library_stays(blender, folder, library, glossy, write_astm):
-    from measured_brdf.addon.core.shading import material as materials
-
     assert convert(folder, library).returncode == 0
     bpy.ops.wm.open_mainfile(filepath=str(library))
     materials.use_rendering(bpy.data.materials["a"], "NODES")
@@ -231,8 +236,6 @@ def test_a_users_copy_of_a_material_of_a_library_stays_what_it_is(blender, folde
 
 
 def test_what_is_saved_into_a_library_meanwhile_is_not_lost(blender, folder, library):
-    from measured_brdf.addon.core.libraries import library_file as libraries
-
     assert convert(folder, library).returncode == 0
     opened = libraries.open_part(library)
     other = library.read_bytes() + b" "         # as another Blender saves it
@@ -255,8 +258,6 @@ def test_what_a_killed_writer_left_is_removed_and_what_another_library_is_writin
 
 
 def test_a_file_of_a_newer_blender_is_not_rewritten(blender, folder, library, monkeypatch):
-    from measured_brdf.addon.core.libraries import library_file as libraries
-
     assert convert(folder, library).returncode == 0
 
     class Older:
@@ -389,8 +390,6 @@ def test_a_second_writer_is_told_who_is_first(folder, library, held):
 @pytest.fixture
 def convert_to_small_files(library, monkeypatch):
     """Convert with as few as `size` materials a file."""
-    from measured_brdf.addon.core.libraries import library_file
-
     def run(size, arguments):
         monkeypatch.setattr(library_file, "MATERIALS_PER_FILE", size)
         return command.run(*arguments)
@@ -399,9 +398,6 @@ def convert_to_small_files(library, monkeypatch):
 
 def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
         convert_to_small_files, folder, library, glossy, write_astm):
-    from measured_brdf.addon.work import tasks
-    from measured_brdf.fitter import load
-
     (folder / "b.astm").rename(folder.parent / "b.astm")
     arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
     assert convert_to_small_files(1, arguments).returncode == 0
@@ -422,9 +418,6 @@ def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
 
 def test_files_that_stay_as_they_are_are_not_opened_and_no_process_is_left(
         convert_to_small_files, folder, library, glossy, write_astm, monkeypatch):
-    from measured_brdf.addon.core.libraries import library_file
-    from measured_brdf.addon.work import process
-
     arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
     assert convert_to_small_files(1, arguments).returncode == 0
     write_astm(folder / "b.astm", replace(glossy, values=glossy.values * 1.1), "b, repainted")
@@ -479,9 +472,7 @@ def test_a_large_library_is_several_files_of_which_each_is_whole(
 
 
 @pytest.fixture
-def material(blender, folder):
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
+def material(cube, folder):
     assert bpy.ops.measured_brdf.import_data(filepath=str(folder / "a.astm"), **SETTINGS) == {"FINISHED"}
     return bpy.context.object.active_material
 
@@ -584,8 +575,6 @@ def test_a_folder_and_a_file_of_another_kind_are_not_replaced_by_a_library(blend
 
 
 def test_an_open_file_that_was_deleted_refuses_nothing(blender, tmp_path):
-    from measured_brdf.addon.core.libraries import library_file
-
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "open.blend"))
     (tmp_path / "open.blend").unlink()
     (tmp_path / "other.blend").write_bytes(b"void")
@@ -593,8 +582,6 @@ def test_an_open_file_that_was_deleted_refuses_nothing(blender, tmp_path):
 
 
 def test_a_library_says_which_version_wrote_it(blender, folder, library):
-    import tomllib
-
     assert convert(folder, library).returncode == 0
     bpy.ops.wm.open_mainfile(filepath=str(library))
     marker = json.loads(bpy.data.texts["Measured BRDF Library"].as_string())
@@ -617,9 +604,7 @@ def test_saving_offers_the_library_of_the_preferences_those_that_blender_has_and
     assert module._libraries(None, None) == []          # as Blender asks where it has no context
 
 
-def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(blender, folder, tmp_path):
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
+def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(cube, folder, tmp_path):
     for name in "ab":
         bpy.ops.measured_brdf.import_data(filepath=str(folder / f"{name}.astm"), **SETTINGS)
     mask = bpy.data.images.new("mask", 4, 4)
@@ -637,9 +622,6 @@ def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(b
         assert source.materials == ["a + b"]
         target.materials = ["a + b"]
     mix = target.materials[0]
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.core.shading import mixing
-
     node = materials.mix_node(mix)
     assert [part.name for part in mixing.mixes.parts(node)[:2]] == ["a", "b"]
     image = node.inputs["Factor"].links[0].from_node.image

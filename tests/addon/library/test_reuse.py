@@ -7,10 +7,18 @@ import subprocess
 import sys
 import time
 import uuid
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bpy_extras.io_utils import ImportHelper
+from measured_brdf.addon.core.storage import paths
+from measured_brdf.addon.importing import asking
+from measured_brdf.addon.work import tasks
+from measured_brdf.fitter import PRESETS
+from measured_brdf.fitter.formats import list_samples
+from measured_brdf.fitter.samples import subset
 
 from support import command
 from support.cases import quick, release
@@ -21,21 +29,12 @@ CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": 3, "compressio
 
 
 @pytest.fixture
-def file(tmp_path, glossy, write_astm):
-    return write_astm(tmp_path / "glossy.astm", glossy)
-
-
-@pytest.fixture
-def material(blender, file):
-    black_scene(16, 16, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
+def material(blender, cube, file):
     assert blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP) == {"FINISHED"}
-    return blender.context.object.active_material
+    return cube.active_material
 
 
 def settings_of(material):
-    from measured_brdf.addon.core.storage import paths
-
     settings = material.measured_brdf
     return {"filepath": paths.absolute(material)} | {name: getattr(settings, name) for name in (
         "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance", "digest",
@@ -48,9 +47,7 @@ def renders(material):
     return bool(script.bytecode)
 
 
-def test_several_files_dropped_become_materials_and_the_first_is_assigned(blender, glossy, write_astm, tmp_path):
-    black_scene(16, 16, samples=1, span=1)
-    blender.ops.mesh.primitive_cube_add()
+def test_several_files_dropped_become_materials_and_the_first_is_assigned(blender, cube, glossy, write_astm, tmp_path):
     names = ["a", "b", "c"]
     for name in names:
         write_astm(tmp_path / f"{name}.astm", glossy, name)
@@ -89,10 +86,7 @@ def test_a_folder_without_measurements_is_an_error_that_says_what_to_do(blender,
 
 
 def test_the_samples_of_a_file_can_be_chosen_by_name(blender, material, data):
-    from measured_brdf.addon.importing import samples
-    from measured_brdf.fitter.formats import list_samples
-
-    samples._items[:] = [(name, name, "") for _, name in list_samples(data / "curet" / "abrdf.dat")]
+    asking._items[:] = [(name, name, "") for _, name in list_samples(data / "curet" / "abrdf.dat")]
     assert blender.ops.measured_brdf.choose_sample(item="aluminum foil", for_material=True) == {"FINISHED"}
     assert material.measured_brdf.sample == "aluminum foil"
     assert blender.ops.measured_brdf.choose_sample(
@@ -108,19 +102,13 @@ def test_saved_and_loaded_the_settings_are_the_same(blender, material, tmp_path)
 
 
 @pytest.mark.parametrize("how", quick(["append", "link", "override"], "override"))
-def test_in_another_file_the_settings_are_the_same(blender, material, tmp_path, how):
-    before, name = settings_of(material), material.name
-    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
-    black_scene(16, 16, samples=1, span=1)
-    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=how != "append") as (_, target):
-        target.materials = [name]
-    taken = target.materials[0]
+def test_in_another_file_the_settings_are_the_same(blender, material, from_library, how):
+    before = settings_of(material)
+    taken = from_library(material.name, link=how != "append")
     if how == "override":
-        taken = taken.override_create()
+        taken = blender.context.object.active_material = taken.override_create()
     assert settings_of(taken) == before
     assert renders(taken)
-    blender.ops.mesh.primitive_cube_add()
-    blender.context.object.data.materials.append(taken)
     assert blender.ops.measured_brdf.fit.poll() == (how == "append")
 
 
@@ -138,8 +126,6 @@ def test_a_copy_is_fitted_by_itself(blender, material):
 
 
 def test_a_file_that_has_moved_is_found_again(blender, material, file, tmp_path, monkeypatch):
-    from measured_brdf.addon.work import tasks
-
     before = settings_of(material)
     moved = tmp_path / "elsewhere" / "glossy.astm"
     moved.parent.mkdir()
@@ -167,8 +153,6 @@ def test_the_file_browser_proposes_the_name_of_the_missing_file(blender, materia
     material = blender.context.object.active_material
     material.measured_brdf.filepath = str(tmp_path / "data" / "felt.astm")
     find = extension.addon.importing.relink.MEASUREDBRDF_OT_find_file
-    from bpy_extras.io_utils import ImportHelper
-
     operator = type("Driven", (ImportHelper,), {"invoke": find.invoke})()
     context = SimpleNamespace(material=material, object=None, window_manager=SimpleNamespace(
         fileselect_add=lambda operator: shown.append(operator.filepath)))
@@ -179,8 +163,6 @@ def test_the_file_browser_proposes_the_name_of_the_missing_file(blender, materia
 def test_missing_files_of_all_materials_are_found_by_name_below_a_folder(blender, material, file, glossy, write_astm,
                                                                          tmp_path, capfd):
     """Of files of one name, the one with the measurements that the material was fitted to."""
-    from dataclasses import replace
-
     copy, lost, published = material.copy(), material.copy(), material.copy()
     lost.measured_brdf.filepath, published.measured_brdf.filepath = str(tmp_path / "nowhere.astm"), "published:chrome"
     other, right = tmp_path / "a" / "glossy.astm", tmp_path / "b" / "c" / "glossy.astm"
@@ -202,8 +184,6 @@ def test_missing_files_of_all_materials_are_found_by_name_below_a_folder(blender
 
 
 def test_a_file_that_has_changed_is_recognised(blender, material, file, glossy, write_astm, capfd):
-    from dataclasses import replace
-
     before = material.measured_brdf.digest
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert material.measured_brdf.digest == before
@@ -215,8 +195,6 @@ def test_a_file_that_has_changed_is_recognised(blender, material, file, glossy, 
 
 
 def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
-    from measured_brdf.fitter import PRESETS
-
     fitted = settings_of(material)["coefficients"]
     assert blender.ops.measured_brdf.use_preset(preset="Reference") == {"FINISHED"}
     settings = material.measured_brdf
@@ -226,23 +204,7 @@ def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
 
 
 @release
-def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender, glossy, write_astm, tmp_path):
-    from measured_brdf.fitter import PRESETS
-    from measured_brdf.fitter.samples import subset
-
-    black_scene(16, 16, samples=1, span=1)
-    few = write_astm(tmp_path / "few.astm", subset(glossy, slice(60)))
-    assert blender.ops.measured_brdf.import_data(filepath=str(few), preset="Standard") == {"FINISHED"}
-    settings = blender.data.materials["glossy"].measured_brdf
-    assert {name: getattr(settings, name) for name in ("diffuse_level", "specular_level")} == {
-        name: PRESETS["Standard"][name] for name in ("diffuse_level", "specular_level")}
-    assert settings.compression == pytest.approx(PRESETS["Standard"]["compression"])
-
-
-@release
 def test_auto_finds_a_fit_within_the_tolerance(blender, glossy, write_astm, tmp_path):
-    from measured_brdf.fitter.samples import subset
-
     black_scene(16, 16, samples=1, span=1)
     few = write_astm(tmp_path / "few.astm", subset(glossy, slice(40)))
     assert blender.ops.measured_brdf.import_data(filepath=str(few), use_tolerance=True, tolerance=0.05) == {"FINISHED"}
@@ -346,39 +308,6 @@ def convert(folder, out, *more):
     return command.run(*command_for(folder, out)[2:], *more)
 
 
-@release
-def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_path, glossy, write_astm):
-    """In processes of its own, as users run it."""
-    def convert(*arguments):
-        return subprocess.run([*command_for(*arguments[:2]), *arguments[2:]], capture_output=True, text=True,
-                              check=False, timeout=300)
-
-    out = tmp_path / "out" / "library.blend"
-    done = convert(ten, out)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "9 done, 1 failed" in done.stdout
-    assert "9.astm: in no known format" in done.stdout
-    blender.ops.wm.open_mainfile(filepath=str(out))
-    assert sorted(item.name for item in blender.data.materials) == [f"paint {number}" for number in range(9)]
-    for number, item in enumerate(sorted(blender.data.materials, key=lambda item: item.name)):
-        assert_is_asset(item, str(number))
-        assert renders(item)
-
-    written = out.stat().st_mtime_ns
-    (ten / "9.astm").unlink()
-    again = convert(ten, out)
-    assert again.returncode == 0, again.stdout + again.stderr
-    assert again.stdout.count("up to date") == 9
-    assert out.stat().st_mtime_ns == written
-
-    write_astm(ten / "4.astm", glossy, "other")
-    (ten / "7.astm").unlink()
-    assert convert(ten, out, "--prune").stdout.count("up to date") == 7
-    blender.ops.wm.open_mainfile(filepath=str(out))
-    assert sorted(item.name for item in blender.data.materials) == [
-        "other", *(f"paint {number}" for number in (0, 1, 2, 3, 5, 6, 8))]
-
-
 def test_shards_share_the_work(extension, three, tmp_path):
     (three / "9.astm").unlink()
     killed = tmp_path / "library-1of2.fits" / "key.npz.0123abcd.part"
@@ -419,16 +348,6 @@ def test_a_conversion_that_is_killed_leaves_the_old_library_and_a_rerun_goes_on_
     assert {path: path.stat().st_mtime_ns for path in done} == done
     with blender.data.libraries.load(str(out)) as (source, _):
         assert len(source.materials) == 9
-
-
-@release
-def test_the_batch_operator_leaves_the_open_file_as_it_is(blender, material, three, tmp_path):
-    before = {name: len(getattr(blender.data, name)) for name in ("materials", "texts", "node_groups", "objects")}
-    out = tmp_path / "library.blend"
-    assert blender.ops.measured_brdf.convert_folder(directory=str(three), library=str(out), **CHEAP) == {"FINISHED"}
-    assert {name: len(getattr(blender.data, name)) for name in before} == before
-    with blender.data.libraries.load(str(out)) as (source, _):
-        assert len(source.materials) == 2
 
 
 @release

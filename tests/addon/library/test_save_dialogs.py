@@ -7,13 +7,10 @@ import pytest
 
 from support.blend_state import state
 from support.operators import methods
-from support.stage import black_scene
 
 
 @pytest.fixture
-def material(blender, tmp_path, glossy, write_astm):
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
+def material(cube, tmp_path, glossy, write_astm):
     bpy.ops.measured_brdf.import_data(filepath=str(write_astm(tmp_path / "a.astm", glossy, "a")), preset="Paper",
                                       diffuse_level=1, specular_level=-1)
     return bpy.context.object.active_material
@@ -30,9 +27,10 @@ def window(blender, extension, monkeypatch, tmp_path):
     manager = SimpleNamespace(invoke_props_dialog=note("dialog", {"RUNNING_MODAL"}),
                               invoke_confirm=note("confirm", {"INTERFACE"}))
     context = SimpleNamespace(window_manager=manager)
-    monkeypatch.setattr(module, "bpy", SimpleNamespace(
-        ops=SimpleNamespace(measured_brdf=SimpleNamespace(save_asset=note("save_asset", {"FINISHED"}))),
-        path=bpy.path, app=SimpleNamespace(background=False), context=context))
+    fake = SimpleNamespace(ops=SimpleNamespace(measured_brdf=SimpleNamespace(save_asset=note("save_asset", None))),
+                           path=bpy.path, app=SimpleNamespace(background=False), context=context)
+    for each in (module, extension.addon.work.modal):
+        monkeypatch.setattr(each, "bpy", fake)
     own = methods(module.MEASUREDBRDF_OT_save_asset) | {"_path": lambda self, _: self.path}
     own |= {name: note(name, {"FINISHED"}) for name in ("start", "run", "_mark_here")}
     made = type("Invoked", (module.ReplacesFile, extension.addon.work.modal.InBackground), own)()

@@ -1,5 +1,6 @@
 """Shards of a library, when measurements are damaged or few."""
 
+import bpy
 import pytest
 
 from support import command
@@ -23,13 +24,11 @@ def measurements(tmp_path):
 
 def convert(folder, library, *more):
     return command.run("convert", folder, "-o", library, "--preset", "Paper", "--diffuse-level", "2",
-                       "--specular-level", "none", *more)
+                       "--specular-level", "4", "--compression", "80", *more)
 
 
 def convert_shards(folder, library):
     """Convert all shards: exit codes, and the names of the materials in each."""
-    import bpy
-
     codes, names = [], []
     for part in range(1, SHARDS + 1):
         codes.append(convert(folder, library, "--shard", f"{part}/{SHARDS}").returncode)

@@ -5,6 +5,10 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import node_group
+from measured_brdf.addon.mix import mix_group
+from measured_brdf.addon.work import queries
 
 import fitter
 from support.cases import quick, release
@@ -20,9 +24,6 @@ def fits(curet, cornell):
 
 
 def measured(name, fit):
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.core.shading import node_group
-
     made = bpy.data.materials.new(name)
     if not made.node_tree:
         made.use_nodes = True
@@ -138,8 +139,6 @@ def test_a_mask_beyond_black_and_white_shows_one_material_as_it_is(sphere, fits,
 
 
 def test_a_mix_follows_its_materials(sphere, fits):
-    from measured_brdf.addon.core.shading import material as materials
-
     sphere(4)
     made = mixed("felt", "krylon", 0.3)
     felt = bpy.data.materials["felt"]
@@ -154,10 +153,6 @@ def test_a_mix_follows_its_materials(sphere, fits):
 
 
 def test_a_layer_of_a_mix_of_a_mix_has_the_share_that_its_slider_says(sphere, fits):
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.mix import mix_group
-    from measured_brdf.addon.work import queries
-
     set_up, integrate, _, _ = LIGHTS["world"]
     scene = sphere(64, False, ("felt", "krylon", "leather"))
     mixed("felt", "krylon", 0.5)

@@ -5,14 +5,10 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from support.stage import black_scene
-
 
 @pytest.fixture
-def editor(blender, quick, tmp_path, glossy, write_astm):
+def editor(cube, quick, tmp_path, glossy, write_astm):
     """A context in which a node editor shows the shader of a cube; two measured materials are in the file."""
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
     for name in ('a"b', "second"):
         write_astm(tmp_path / "one.astm", glossy, name)
         bpy.ops.measured_brdf.import_data(filepath=str(tmp_path / "one.astm"), diffuse_level=1, specular_level=-1)

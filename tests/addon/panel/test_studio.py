@@ -6,6 +6,9 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import node_group
+from measured_brdf.addon.panel import menu, rendering
 
 from fitter import Fit
 from fitter.imaging import studio
@@ -31,9 +34,6 @@ def use(name):
 
 @pytest.mark.parametrize("turn", [0.0, 70.0])
 def test_the_camera_sees_what_the_thumbnail_shows(scene, turn):
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.core.shading import node_group
-
     material = use("chromium-satin")
     angle = math.radians(turn)
     scene.camera.location = 5 * math.sin(angle), -5 * math.cos(angle), 0
@@ -52,8 +52,6 @@ def test_the_camera_sees_what_the_thumbnail_shows(scene, turn):
 
 
 def test_it_is_offered_where_a_metal_meets_a_plain_world_and_undone_in_one_step(scene):
-    from measured_brdf.addon.panel import rendering
-
     def offered(material):
         layout = Layout()
         rendering.draw_words(layout, SimpleNamespace(scene=scene, screen=None), material)
@@ -76,8 +74,6 @@ def test_it_is_offered_where_a_metal_meets_a_plain_world_and_undone_in_one_step(
 
 def test_the_add_menu_has_it(blender):
     layout = Layout()
-    from measured_brdf.addon.panel import menu
-
     menu.add_studio(SimpleNamespace(layout=layout), None)
     assert layout.button("Measured BRDF Studio").operator == "measured_brdf.add_studio"
     assert menu.add_studio in bpy.types.VIEW3D_MT_light_add._dyn_ui_initialize()

@@ -4,6 +4,8 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from measured_brdf.addon.core import preferences
+from measured_brdf.addon.starter import panel, shelf
 
 from support.drawn import draw
 
@@ -11,16 +13,12 @@ from support.drawn import draw
 @pytest.fixture
 def stored(extension, monkeypatch):
     """Stands for the preferences of an installed extension."""
-    from measured_brdf.addon.core import preferences
-
     found = SimpleNamespace(favourites="", preset="Standard", data_folder="", asset_library="")
     monkeypatch.setattr(preferences, "get", lambda _context: found)
     return found
 
 
 def test_a_star_puts_a_material_into_the_row_above_and_takes_it_out(stored):
-    from measured_brdf.addon.starter import panel, shelf
-
     choices = bpy.context.window_manager.measured_brdf_shelf
     choices.search = "unobtainium"                      # so that nothing but the row is drawn
     assert draw(panel.MEASUREDBRDF_PT_library).kinds.count("picture") == 0
@@ -34,8 +32,6 @@ def test_a_star_puts_a_material_into_the_row_above_and_takes_it_out(stored):
 
 
 def test_names_of_other_versions_are_left_out_and_unknown_ones_refused(stored):
-    from measured_brdf.addon.starter import shelf
-
     stored.favourites = "unobtainium,gold-satin"
     assert [each.name for each in shelf.favourites()] == ["gold-satin"]
     with pytest.raises(RuntimeError, match="no published material"):

@@ -3,6 +3,10 @@
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import material as materials
+from measured_brdf.addon.core.shading import node_group
+from measured_brdf.addon.core.storage import edits
+from measured_brdf.addon.starter import panel, shelf
 
 from fitter import Fit, edited
 from fitter.imaging import studio
@@ -31,8 +35,6 @@ def photograph(openimageio, tmp_path):
 
 
 def test_the_nearest_materials_appear_in_a_row_and_are_told(extension, photograph, capfd):
-    from measured_brdf.addon.starter import panel, shelf
-
     assert bpy.ops.measured_brdf.match_photograph(filepath=str(photograph), window="LEFT") == {"FINISHED"}
     assert shelf.nearest[0].material.name == "green-latex"
     assert "Green latex: difference" in capfd.readouterr().out
@@ -48,8 +50,6 @@ def test_the_nearest_materials_appear_in_a_row_and_are_told(extension, photograp
 
 
 def test_none_is_near_to_noise_and_nothing_changes(extension, photograph, random, capfd):
-    from measured_brdf.addon.starter import shelf
-
     path, before = photograph.with_name("noise.exr"), state()
     write_picture(path, random.random((96, 96, 3)))
     shelf.nearest.clear()
@@ -60,10 +60,6 @@ def test_none_is_near_to_noise_and_nothing_changes(extension, photograph, random
 
 
 def test_one_click_applies_a_material_and_its_adjustment(blender, quick):
-    from measured_brdf.addon.core.shading import material as materials
-    from measured_brdf.addon.core.shading import node_group
-    from measured_brdf.addon.core.storage import edits
-
     bpy.ops.mesh.primitive_cube_add()
     diffuse, highlight = (0.5, 1.25, 2.0), (0.75, 0.75, 0.75)
     assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}

@@ -2,15 +2,14 @@
 
 from pathlib import Path
 
+import measured_brdf
 import pytest
+from measured_brdf.addon.core.libraries.library_file import LibraryError
+from measured_brdf.addon.starter import starter
+from measured_brdf.fitter.library import ready
 
 
 def test_where_no_fit_has_been_made_there_is_no_library(extension, tmp_path, monkeypatch):
-    import measured_brdf
-    from measured_brdf.addon.core.libraries.library_file import LibraryError
-    from measured_brdf.addon.starter import starter
-    from measured_brdf.fitter.library import ready
-
     root = Path(measured_brdf.__file__).parent
     assert root / "starter_library" / "fits" == ready.FOLDER
     monkeypatch.setattr(ready, "FOLDER", tmp_path)

@@ -6,16 +6,26 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.libraries import assets
+from measured_brdf.addon.core.shading import material, node_group
+from measured_brdf.addon.core.storage.properties import name_of_fit
+from measured_brdf.addon.core.storage.reading import has_file
+from measured_brdf.addon.panel import main
+from measured_brdf.addon.starter import operators, panel, shelf, work
+from measured_brdf.addon.work import icons, queue
+from measured_brdf.fitter import Fit, fit, load
+from measured_brdf.fitter.formats import EXTENSIONS
+from measured_brdf.fitter.imaging import pictures
+from measured_brdf.fitter.library import ready
+from measured_brdf.fitter.methods import presets
+from measured_brdf.fitter.model import published
 
 from support.blend_state import state
 from support.checkout import ROOT
 from support.drawn import Layout, draw
+from tests.addon.answers import answer_all
 
-
-@pytest.fixture
-def cube(blender, quick):
-    bpy.ops.mesh.primitive_cube_add()
-    return bpy.context.object
+pytestmark = pytest.mark.usefixtures("quick")
 
 
 def test_a_virtual_path_is_imported_like_a_file(cube):
@@ -38,11 +48,6 @@ def test_an_unknown_name_is_refused_and_nothing_changes(cube):
 
 
 def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, tmp_path, monkeypatch):
-    from measured_brdf.addon.core.shading import material, node_group
-    from measured_brdf.addon.core.storage.properties import name_of_fit
-    from measured_brdf.fitter import Fit
-    from measured_brdf.fitter.library import ready
-
     directions = np.random.default_rng(0).random((4, 200)) * np.array([[1.5], [3], [1.5], [3]])
     monkeypatch.setattr(ready, "FOLDER", tmp_path)      # the fits that were built last may be of other code
     ready.write(ready.make("pink-felt"), tmp_path / "pink-felt.npz")
@@ -70,8 +75,6 @@ def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, tm
 
 
 def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
-    from measured_brdf.addon.core.storage.reading import has_file
-
     item = bpy.data.materials.new("Mine")
     item.use_fake_user = True
     item.measured_brdf.filepath = "published:chrome"
@@ -89,8 +92,6 @@ def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
 
 
 def test_an_asset_of_a_published_fit_says_what_it_is(cube):
-    from measured_brdf.addon.core.libraries import assets
-
     assert bpy.ops.measured_brdf.import_data(filepath="published:red-fabric", preset="Draft") == {"FINISHED"}
     item = cube.active_material
     assets.mark(item)
@@ -101,8 +102,6 @@ def test_an_asset_of_a_published_fit_says_what_it_is(cube):
 
 
 def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as_much_as_it_has_room_for(extension):
-    from measured_brdf.addon.starter import panel, shelf
-
     offered = shelf.find_offered("", shelf.ALL)
     assert [each.name for each in offered[:2]] == ["gold-polished", "silver-polished"]
     assert [each.is_computed for each in offered] == [True] * 75 + [False] * (len(offered) - 75)
@@ -119,8 +118,6 @@ def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as
 
 
 def test_a_metal_is_one_picture_with_its_finishes_beside_it_and_all_metals_have_room(extension):
-    from measured_brdf.addon.starter import panel, shelf
-
     gold = shelf.group_finishes(shelf.find_offered("", "metal"))[0]
     assert [each.name for each in gold] == ["gold-polished", "gold-satin", "gold-rough", "gold-brushed"]
     shown = draw(panel.MEASUREDBRDF_PT_library, window=SimpleNamespace(height=1080))
@@ -157,8 +154,6 @@ def test_a_second_click_uses_the_material_that_is_there_unless_it_has_been_chang
 
 @pytest.mark.parametrize("how", ["outdated", "without its node"])
 def test_a_second_click_does_not_use_a_material_that_is_outdated_or_has_lost_its_node(cube, monkeypatch, how):
-    from measured_brdf.addon.core.shading import material
-
     assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
     first = cube.active_material
     if how == "outdated":
@@ -170,9 +165,6 @@ def test_a_second_click_does_not_use_a_material_that_is_outdated_or_has_lost_its
 
 
 def test_search_finds_by_words_in_name_label_and_tags(extension):
-    from measured_brdf.addon.starter import shelf
-    from measured_brdf.fitter.model import published
-
     def found(search, tag=shelf.ALL):
         return [each.name for each in shelf.find_offered(search, tag)]
 
@@ -190,9 +182,6 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
 
 def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extension, tmp_path, glossy, write_astm,
                                                                           monkeypatch):
-    from measured_brdf.addon.starter import shelf
-    from measured_brdf.addon.work import queue
-
     queue.unregister()                  # what panels have asked for before
     shelf.unregister()
     shelf.register()
@@ -202,20 +191,16 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     write_astm(folder / "a.astm", glossy, "a")
     job = shelf.watch_folder(str(folder))
     assert job.finished is None
-    queue.answer_all()
+    answer_all()
     measurement, = shelf.watch_folder(str(folder)).result
     assert measurement.label == "a.astm"
     assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
-    queue.answer_all()
+    answer_all()
     assert [key[:2] for key in shelf._icons._ids] == [("watched", str(folder / "a.astm"))]
     assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 1
 
 
 def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_the_open_pop_up(extension, monkeypatch):
-    from measured_brdf.addon.panel import main
-    from measured_brdf.addon.starter import panel, shelf
-    from measured_brdf.addon.work import queue
-
     bpy.ops.mesh.primitive_cube_add()
     queue.unregister()
     shelf.unregister()
@@ -243,7 +228,7 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
     assert sorted(asked()) == sorted(wanted)
     told, publish = [], bpy.msgbus.publish_rna
     monkeypatch.setattr(bpy.msgbus, "publish_rna", lambda key: (told.append(key.id_data), publish(key=key)))
-    queue.answer_all()
+    answer_all()
     assert not shelf.coming()
     assert np.abs(picture("gold-polished") - disc).max() > 0.5          # the same icon shows another picture
     assert told == [bpy.context.window_manager] * len(wanted)
@@ -252,12 +237,6 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
 
 
 def test_the_list_of_samples_has_an_icon_of_each_that_is_drawn_while_it_is_open(extension, data, tmp_path, monkeypatch):
-    from measured_brdf.addon.starter import shelf
-    from measured_brdf.addon.work import icons, queue
-    from measured_brdf.fitter import fit, load
-    from measured_brdf.fitter.imaging import pictures
-    from measured_brdf.fitter.methods import presets
-
     queue.unregister()
     shelf.unregister()
     shelf.register()
@@ -271,7 +250,7 @@ def test_the_list_of_samples_has_an_icon_of_each_that_is_drawn_while_it_is_open(
     lane = queue._lanes["slow"]
     assert [question.key for question in lane.pending()] == [key]
     lane.drop_unwanted(time.monotonic() + 50)           # the list does not ask again
-    queue.answer_all()
+    answer_all()
     small = np.array(preview.icon_pixels_float[:]).reshape(32, 32, 4)
     expected = pictures.lit_sphere(fit(load(path, "velvet"), **presets.PRESETS["Draft"]), 128)[2::4, 2::4]
     assert np.abs(small - expected).max() < 0.01
@@ -282,8 +261,6 @@ def test_the_list_of_samples_has_an_icon_of_each_that_is_drawn_while_it_is_open(
 
 
 def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, monkeypatch):
-    from measured_brdf.addon.starter import shelf
-
     redrawn = []
     monkeypatch.setattr(shelf.queue, "redraw", lambda: redrawn.append(True))
     shelf.watch_folder(str(tmp_path))
@@ -297,14 +274,10 @@ def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, m
 
 
 def test_the_user_folder_of_a_checkout_is_in_blenders_own(extension):
-    from measured_brdf.addon.starter import shelf
-
     assert str(bpy.utils.user_resource("DATAFILES")) in str(shelf.user_folder("thumbnails"))
 
 
 def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch):
-    from measured_brdf.addon.starter import operators, work
-
     assert work.is_quick("red-plastic", "ACEScg") is False
     assert work.is_quick("nothing", "Rec.709") is False
     monkeypatch.setattr(operators, "load_arguments", lambda _choices: {"colours": "ACEScg"})
@@ -314,8 +287,6 @@ def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch
 
 
 def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypatch):
-    from measured_brdf.addon.starter import panel, shelf
-
     monkeypatch.setattr(shelf, "published_icon", lambda _name: 7)
     layout = Layout()
     choices = SimpleNamespace(search="teflon", tag="plastic")
@@ -327,8 +298,6 @@ def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypat
 
 
 def test_the_files_that_the_manual_says_where_to_get_are_read(extension):
-    from measured_brdf.fitter.formats import EXTENSIONS
-
     text = (ROOT / "docs" / "manual.md").read_text("utf-8")
     table = text[text.index("## Where to get data"):text.index("## What the panel says")]
     rows = [line.split("|") for line in table.splitlines() if line.startswith("| [")]

@@ -8,6 +8,10 @@ import sys
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.blender import osl_support
+from measured_brdf.addon.core.shading import material, node_group, rendered
+from measured_brdf.addon.starter import operators as library
+from measured_brdf.fitter.model import published
 
 from fitter.imaging.pictures import thumbnail
 from fitter.library import ready
@@ -54,7 +58,6 @@ def append(starter, name, link=False):
 
 def test_it_holds_an_asset_of_each_material_that_is_offered_and_takes_seventy_kilobytes_for_each(blender, starter):
     from measured_brdf.fitter.library import ready
-    from measured_brdf.fitter.model import published
 
     with bpy.data.libraries.load(str(starter.SHIPPED / starter.FILE), assets_only=True) as (source, _):
         assert sorted(source.materials) == sorted(each.label for each in published.list_offered())
@@ -70,9 +73,6 @@ def test_the_assets_are_cc0_and_hold_no_byte_code(blender, starter):
 
 
 def test_each_asset_has_tags_a_picture_and_says_that_it_is_not_measured(blender, starter):
-    from measured_brdf.addon.core.shading import material
-    from measured_brdf.fitter.model import published
-
     catalogues = (starter.SHIPPED / "blender_assets.cats.txt").read_text("utf-8")
     bpy.ops.wm.open_mainfile(filepath=str(starter.SHIPPED / starter.FILE))
     for wanted in published.list_offered():
@@ -149,9 +149,6 @@ def test_without_the_extension_an_asset_shows_its_published_model(built, tmp_pat
 
 
 def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, compiling):
-    from measured_brdf.addon.core.blender import osl_support
-    from measured_brdf.addon.core.shading import material, node_group, rendered
-
     osl_support.enable(bpy.context.scene)
     item = append(starter, "Red fabric")
     assert rendered.in_scene(item, bpy.context.scene).how == "NODES"
@@ -174,8 +171,6 @@ def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, 
 
 
 def test_what_another_file_owns_is_not_compiled_until_it_is_made_local(blender, starter, compiling):
-    from measured_brdf.addon.core.shading import material, node_group
-
     bpy.ops.mesh.primitive_cube_add()
     item = append(starter, "Red fabric", link=True)
     bpy.context.object.data.materials.append(item)
@@ -188,8 +183,6 @@ def test_what_another_file_owns_is_not_compiled_until_it_is_made_local(blender, 
 
 
 def test_an_asset_with_another_fit_is_left_to_the_update(blender, starter, compiling):
-    from measured_brdf.addon.core.shading import material, node_group
-
     bpy.ops.mesh.primitive_cube_add()
     item, other = (append(starter, name) for name in ("Red fabric", "Pink felt"))
     bpy.context.object.data.materials.append(item)
@@ -247,8 +240,6 @@ def test_the_library_is_added_to_the_asset_libraries_once(blender, starter):
 
 def test_a_library_that_is_not_there_is_built_by_a_second_blender(blender, starter, monkeypatch, tmp_path):
     """The command is only looked at: the fixture has run it."""
-    from measured_brdf.addon.starter import operators as library
-
     asked = []
 
     class Command:

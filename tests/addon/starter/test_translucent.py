@@ -3,16 +3,15 @@
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.shading import export_surface, mixing, rendered
+from measured_brdf.addon.panel import rendering
+from measured_brdf.addon.starter import shelf
 
 from fitter import Fit
 from fitter.model import published
 from support.drawn import draw
 
-
-@pytest.fixture
-def cube(blender, quick):
-    bpy.ops.mesh.primitive_cube_add()
-    return bpy.context.object
+pytestmark = pytest.mark.usefixtures("quick")
 
 
 @pytest.fixture
@@ -77,8 +76,6 @@ def test_adjustments_change_what_comes_from_below(skin):
 
 
 def test_a_mix_has_the_walk_and_its_scale(skin):
-    from measured_brdf.addon.core.shading import mixing
-
     assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
     other = bpy.context.object.active_material
     mixed = mixing.mixes.mix(skin, other, 0.3, None, bpy.context)
@@ -90,9 +87,6 @@ def test_a_mix_has_the_walk_and_its_scale(skin):
 
 
 def test_other_programs_get_a_diffuse_surface_and_the_panel_says_so(skin):
-    from measured_brdf.addon.core.shading import export_surface, rendered
-    from measured_brdf.addon.panel import rendering
-
     assert "Light below the surface is exported as a diffuse surface of the same albedo" in export_surface.losses(skin)
     base = skin.node_tree.nodes["Measured BRDF Export"].inputs["Base Color"].default_value
     assert np.array(base[:3]) == pytest.approx([0.458, 0.227, 0.125], abs=0.04)
@@ -107,8 +101,6 @@ def test_other_programs_get_a_diffuse_surface_and_the_panel_says_so(skin):
 
 
 def test_the_library_lists_them_as_a_kind(extension):
-    from measured_brdf.addon.starter import shelf
-
     assert "translucent" in shelf.tags()
     assert len(shelf.find_offered("", "translucent")) == 25
     assert [each.name for each in shelf.find_offered("milk skim", shelf.ALL)] == ["skim-milk"]

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from measured_brdf.addon.core.storage.outcomes import FitRequest, Fitted
+from measured_brdf.addon.work import icons, queries, tasks
 
 from support.anisotropic import brushed_fit
 from support.anisotropic_tables import STEEL, few, write
@@ -11,29 +13,20 @@ CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 90.0, "method":
 
 
 @pytest.fixture
-def tasks(extension):
-    from measured_brdf.addon.work import tasks
-
-    return tasks
-
-
-@pytest.fixture
-def data(tasks, tmp_path):
+def data(tmp_path):
     """Brushed steel at a few directions, read as the panel reads it."""
     path = write(tmp_path / "steel.csv", STEEL, directions=few())
     return tasks.read(str(path), None)
 
 
-def test_a_file_that_is_read_as_isotropic_is_other_measurements(tasks, data):
+def test_a_file_that_is_read_as_isotropic_is_other_measurements(data):
     again = tasks.read(data.measured.path, None, how={"isotropic": True})
     assert again.digest != data.digest
     assert (again.description.rotations, data.description.rotations.count) == (None, 6)
 
 
 @release
-def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path):
-    from measured_brdf.addon.core.storage.outcomes import FitRequest
-
+def test_the_panel_draws_the_tangent_and_thumbnails_do_not(data, tmp_path):
     drawn = tasks.lit_sphere(FitRequest(data, CHEAP), None)
     thumbnail = tasks.asset(data.measured.path, None, CHEAP, str(tmp_path / "fits"))[1]
     assert drawn.shape == thumbnail.shape
@@ -41,18 +34,14 @@ def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path
     assert 0.005 < differ < 0.1
 
 
-def test_the_polar_plot_turns_with_the_light(tasks, data):
-    from measured_brdf.addon.core.storage.outcomes import FitRequest
-
+def test_the_polar_plot_turns_with_the_light(data):
     there, shown = tasks.polar_plot([(FitRequest(data, CHEAP), ())], data, np.radians(30), 0.0)
     turned, shown_turned = tasks.polar_plot([(FitRequest(data, CHEAP), ())], data, np.radians(30), np.radians(60))
     assert shown == shown_turned == pytest.approx(np.radians(30))
     assert (there != turned).any()
 
 
-def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypatch):
-    from measured_brdf.addon.core.storage.outcomes import FitRequest, Fitted
-
+def test_the_turned_plane_shows_which_way_the_grooves_run(data, monkeypatch):
     monkeypatch.setattr(tasks, "fitted_of", lambda *_: Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
     picture = tasks.turned_plane(FitRequest(data, CHEAP), np.radians(30)).mean(axis=-1)
     mirror = picture[int((0.5 + 60 / 180) * len(picture))]        # 30 degrees beyond the mirror direction
@@ -61,11 +50,8 @@ def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypat
 
 
 def test_panels_ask_for_each_azimuth_and_incidence_once(data, monkeypatch):
-    from measured_brdf.addon.core.storage.outcomes import FitRequest
-    from measured_brdf.addon.work import icons, queries
-
     keys = []
-    monkeypatch.setattr(icons, "icon", lambda key, function, lane="fit": keys.append((key, function.args)))
+    monkeypatch.setattr(icons, "icon", lambda key, function: keys.append((key, function.args)))
     wanted = FitRequest(data, CHEAP)
     queries.polar_plot("mine", ((wanted, ()),), data, 0.5, 1.23456)
     queries.polar_plot("mine", ((wanted, ()),), data, 0.5, 1.2346)

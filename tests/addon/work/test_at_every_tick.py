@@ -5,6 +5,9 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from measured_brdf.addon.importing import fit, import_data
+from measured_brdf.addon.library import operators as assets
+from measured_brdf.addon.work import making, modal, process
 
 from support.blend_state import state
 from support.cases import release
@@ -16,16 +19,6 @@ CHOICES = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1, "compres
            "illuminant": "D65", "isotropic": "auto", "symmetry": "auto", "encoding": "raw",
            "keep_unmeasured": False, "columns": "", "target": 0, "slot": -1, "others": ""}
 TICKS = 4                   # as many as the longest of these operators takes, once its process is done
-
-
-@pytest.fixture(autouse=True)
-def no_process_left(quick):
-    yield
-    from measured_brdf.addon.work import modal, process, queue
-
-    queue.unregister()
-    process.unregister()
-    modal.running = None
 
 
 @pytest.fixture(scope="module")
@@ -78,8 +71,6 @@ DISTURBANCES = (undo, undo_and_redo, delete, open_another)
 
 def run(operator, disturb, at):
     """Run to the end with an interruption in between; the results of all ticks."""
-    from measured_brdf.addon.work import process
-
     job = process.Job(None)          # what its process would do is done here: quicker, and the same ticks each time
     job.result, job.finished = operator.work(bpy.context).run(), time.monotonic()
     operator._begin(SimpleNamespace(start=lambda: job))
@@ -103,16 +94,11 @@ def scene(folder):
 
 
 def importing(folder):
-    from measured_brdf.addon.importing import import_data
-
     return driven(import_data.MEASUREDBRDF_OT_import_data, import_data.MakesMaterials, directory=str(folder),
                   files=[SimpleNamespace(name=f"{name}.astm") for name in "abc"])
 
 
 def fitting(_folder):
-    from measured_brdf.addon.importing import fit
-    from measured_brdf.addon.work import modal
-
     bpy.context.object.active_material.measured_brdf.diffuse_level = 2
     return driven(fit.MEASUREDBRDF_OT_fit, modal.InBackground, preset="AS_CHOSEN")
 
@@ -181,14 +167,10 @@ def test_the_material_goes_to_the_object_that_was_active_when_it_began(blender, 
 @release
 def test_a_conversion_touches_nothing_of_the_open_file(blender, folder, tmp_path):
     """Not even while it works: its Blender is another one."""
-    from measured_brdf.addon.library import folders
-    from measured_brdf.addon.library import operators as assets
-    from measured_brdf.addon.work import making
-
     scene(folder)
     before = state()
     base = type("Base", (making.FromFolder, assets.ReplacesFile), {})
-    operator = driven(folders.MEASUREDBRDF_OT_convert_folder, base, directory=str(folder), force=False,
+    operator = driven(assets.MEASUREDBRDF_OT_convert_folder, base, directory=str(folder), force=False,
                       library=str(tmp_path / "library.blend"))
     operator._begin(operator.work(bpy.context))
     count = 0

@@ -11,7 +11,6 @@ import pytest
 from support.blend_state import state
 from support.cases import quick
 from support.checkout import ROOT
-from support.stage import black_scene
 
 ADDON = str(ROOT / "addon") + os.sep
 # lamp groups are derived data, and their functions are called hundreds of times; Blender calls a slider's update, and
@@ -79,12 +78,10 @@ def files(tmp_path_factory, glossy, write_astm):
 
 
 @pytest.fixture
-def cube(blender, quick, files):
-    black_scene(8, 8, samples=1, span=1)
-    bpy.ops.mesh.primitive_cube_add()
+def cube(cube, quick, files):
     assert bpy.ops.measured_brdf.import_data(filepath=str(files / "a.astm"), diffuse_level=1,
                                              specular_level=-1) == {"FINISHED"}
-    return bpy.context.object
+    return cube
 
 
 OPERATIONS = {
@@ -179,16 +176,3 @@ def test_a_refit_of_a_material_whose_output_was_deleted_gives_it_one(cube):
     surface = material.node_tree.get_output_node("CYCLES").inputs["Surface"]
     assert surface.links[0].from_node.type == "GROUP"
     assert material.measured_brdf.coefficients == 5 * 7 * 5         # level 2
-
-
-def test_a_process_that_dies_is_told_and_nothing_changes(cube, files, monkeypatch):
-    from measured_brdf.addon.work import process, tasks
-
-    def dies(*_arguments, **_more):
-        raise process.WorkerError(process.ENDED_EARLY)
-
-    monkeypatch.setattr(tasks, "outcomes", dies)
-    before = state()
-    with pytest.raises(RuntimeError, match="ended early"):
-        OPERATIONS["import"](files)
-    assert state() == before

@@ -8,42 +8,29 @@ import time
 from functools import partial
 from types import SimpleNamespace
 
+import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.storage.outcomes import Outcome
+from measured_brdf.addon.work import blender_process, command, modal, process, queue, tasks
+from measured_brdf.fitter import DatasetError, load
 
 import fitter
+from fitter.quality import cross_validation
 from support import merl_files
+from tests.addon.answers import answer_all
 
 MOST_TICKS = 50             # of a window's timer, until what takes three steps has ended
 
 
 @pytest.fixture
-def file(tmp_path, glossy, write_astm):
-    return write_astm(tmp_path / "glossy.astm", glossy)
-
-
-@pytest.fixture
 def long_work(extension, file):
     """Work that takes minutes."""
-    from measured_brdf.addon.work import tasks
-
     return partial(tasks.held_out, tasks.read(str(file), ""), {"diffuse_level": 7, "specular_level": 8})
 
 
-@pytest.fixture
-def queue(extension):
-    from measured_brdf.addon.work import queue
-
-    yield queue
-    queue.unregister()
-
-
-@pytest.fixture
-def process(extension):
-    from measured_brdf.addon.work import process
-
-    yield process
-    process.unregister()
+def begun(work):
+    return process.Calculation(work).start()
 
 
 def wait(job, seconds=60):
@@ -54,11 +41,8 @@ def wait(job, seconds=60):
     return job
 
 
-def test_an_outcome_is_the_same_as_without_the_process(process, file):
-    from measured_brdf.addon.core.storage.outcomes import Outcome
-    from measured_brdf.addon.work import tasks
-
-    job = wait(process.start(partial(tasks.outcome, str(file), "", fitter.PRESETS["Paper"])))
+def test_an_outcome_is_the_same_as_without_the_process(file):
+    job = wait(begun(partial(tasks.outcome, str(file), "", fitter.PRESETS["Paper"])))
     expected = tasks.outcome(str(file), "", fitter.PRESETS["Paper"])
     assert job.error is None
     assert isinstance(job.result, Outcome)
@@ -75,28 +59,21 @@ def test_an_outcome_is_the_same_as_without_the_process(process, file):
     assert job.doing != "Starting"
 
 
-def test_errors_come_back_as_they_were_raised(process, tmp_path):
-    from measured_brdf.addon.work import tasks
-    from measured_brdf.fitter import DatasetError
-
-    job = wait(process.start(partial(tasks.outcome, str(tmp_path / "gone.astm"), "", {})))
+def test_errors_come_back_as_they_were_raised(tmp_path):
+    job = wait(begun(partial(tasks.outcome, str(tmp_path / "gone.astm"), "", {})))
     assert isinstance(job.error, DatasetError)
     assert "gone.astm: cannot be read: No such file" in str(job.error)
 
 
-def test_an_answer_that_cannot_be_read_is_an_error_and_the_next_is_done(process, file):
+def test_an_answer_that_cannot_be_read_is_an_error_and_the_next_is_done(file):
     """Reading it runs code of its class."""
-    from measured_brdf.addon.work import tasks
-
     broken = 'type("Broken", (), {"__reduce__": lambda self: (int, ("nothing",))})()'
-    assert isinstance(wait(process.start(partial(eval, broken))).error, ValueError)
-    assert wait(process.start(partial(tasks.read, str(file), ""))).result.description.count == 500
+    assert isinstance(wait(begun(partial(eval, broken))).error, ValueError)
+    assert wait(begun(partial(tasks.read, str(file), ""))).result.description.count == 500
 
 
-def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, file):
-    from measured_brdf.addon.work import tasks
-
-    slow = process.start(long_work)
+def test_cancelled_work_ends_at_once_and_the_next_is_done(long_work, file):
+    slow = begun(long_work)
     while slow.doing == "Starting":
         assert not slow.poll()
         time.sleep(0.02)
@@ -104,13 +81,10 @@ def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, fi
     assert child.poll() is None
     slow.cancel()
     assert child.poll() is not None
-    assert wait(process.start(partial(tasks.read, str(file), ""))).result.description.count == 500
+    assert wait(begun(partial(tasks.read, str(file), ""))).result.description.count == 500
 
 
 def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypatch):
-    from measured_brdf.addon.work import tasks
-    from measured_brdf.fitter import DatasetError, load
-
     file = tmp_path / "made.binary"
     file.write_bytes(merl_files.pack(merl_files.random_cells(32, 1)))
     reads = []
@@ -132,17 +106,15 @@ def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypat
     assert len(reads) == 2
 
 
-def test_a_process_that_dies_is_an_error_not_a_wait_without_end(process, long_work):
-    job = process.start(long_work)
+def test_a_process_that_dies_is_an_error_not_a_wait_without_end(long_work):
+    job = begun(long_work)
     job.worker._process.kill()
     assert "ended early" in str(wait(job).error)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="resource.prlimit")
-def test_an_answer_that_does_not_fit_onto_the_disk_is_an_error_that_says_so(process, file):
+def test_an_answer_that_does_not_fit_onto_the_disk_is_an_error_that_says_so(file):
     import resource
-
-    from measured_brdf.addon.work import tasks
 
     worker, nothing = process.worker("operator"), partial(tasks.rebake, [])
     large = partial(tasks.outcome, str(file), "", {"diffuse_level": 1, "specular_level": None})
@@ -162,17 +134,13 @@ def test_an_answer_that_does_not_fit_onto_the_disk_is_an_error_that_says_so(proc
 
 
 def test_held_out_errors_are_those_of_cross_validation(extension, glossy, write_astm, tmp_path):
-    from measured_brdf.addon.work import tasks
-
-    from fitter.quality import cross_validation
-
     arguments = fitter.PRESETS["Paper"]
     expected = cross_validation.cross_validate(glossy, lambda part: fitter.fit(part, **arguments)).rmse
     data = tasks.read(str(write_astm(tmp_path / "glossy.astm", glossy)), "")
     assert tasks.held_out(data, arguments) == pytest.approx(expected)
 
 
-def test_answers_are_kept_and_stale_ones_asked_for_again(queue):
+def test_answers_are_kept_and_stale_ones_asked_for_again():
     asked = []
 
     def function():
@@ -180,15 +148,15 @@ def test_answers_are_kept_and_stale_ones_asked_for_again(queue):
         return len(asked)
 
     queue.ask("question", function)
-    queue.answer_all()
+    answer_all()
     assert queue.ask("question", function).result == 1
-    queue.answer_all()
+    answer_all()
     assert queue.ask("question", function, max_age=0).result == 1      # until the new one is there
-    queue.answer_all()
+    answer_all()
     assert queue.ask("question", function).result == 2
 
 
-def test_questions_that_no_panel_asks_again_are_dropped(queue):
+def test_questions_that_no_panel_asks_again_are_dropped():
     for number in range(3):
         queue.ask(number, lambda number=number: number)
     kept = queue.ask(1, None)
@@ -199,14 +167,12 @@ def test_questions_that_no_panel_asks_again_are_dropped(queue):
     lane.queue[2][1].asked -= 10
     lane.drop_unwanted(kept.asked)
     assert [key for key, *_ in lane.queue] == [1]
-    queue.answer_all()
+    answer_all()
     assert kept.result == 1
     assert 0 not in queue._answers
 
 
-def test_slow_questions_do_not_hold_up_others(queue, long_work, file):
-    from measured_brdf.addon.work import tasks
-
+def test_slow_questions_do_not_hold_up_others(long_work, file):
     slow = queue.ask("slow", long_work, "slow")
     quick = queue.ask("quick", partial(tasks.read, str(file), ""))
     end = time.monotonic() + 60
@@ -232,11 +198,12 @@ class Finished:
 @pytest.fixture
 def operator(extension):
     """An operator that works piece by piece, without Blender."""
-    from measured_brdf.addon.work import modal
-
     class Operator(modal.InBackground):
         def __init__(self):
             self.made, self.closed, self.reports, self._timer = [], False, [], None
+
+        def work(self, _context):
+            return Finished()
 
         def prepare(self, _result):
             try:
@@ -283,7 +250,7 @@ def test_escape_while_it_prepares_ends_it_and_nothing_is_made(operator):
     assert operator.made == []
 
 
-def test_escape_while_the_process_works_changes_nothing(process, operator, long_work):
+def test_escape_while_the_process_works_changes_nothing(operator, long_work):
     operator._begin(process.Calculation(long_work))
     child = operator._job.worker._process
     assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
@@ -292,7 +259,7 @@ def test_escape_while_the_process_works_changes_nothing(process, operator, long_
     assert child.poll() is not None
 
 
-def test_a_process_that_dies_under_an_operator_is_reported(process, operator, long_work):
+def test_a_process_that_dies_under_an_operator_is_reported(operator, long_work):
     operator._begin(process.Calculation(long_work))
     operator._job.worker._process.kill()
     operator._job.worker._process.wait()
@@ -301,9 +268,7 @@ def test_a_process_that_dies_under_an_operator_is_reported(process, operator, lo
     assert operator.made == []
 
 
-def test_a_process_that_died_before_it_got_work_is_reported(process, file):
-    from measured_brdf.addon.work import tasks
-
+def test_a_process_that_died_before_it_got_work_is_reported(file):
     worker = process.Worker()
     worker._process.kill()
     worker._process.wait()
@@ -313,8 +278,6 @@ def test_a_process_that_died_before_it_got_work_is_reported(process, file):
 
 
 def test_the_cancel_button_does_what_escape_does(extension, operator):
-    import bpy
-
     operator._begin(Finished())
     operator.modal(CONTEXT, event("TIMER"))
     assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
@@ -325,8 +288,6 @@ def test_the_cancel_button_does_what_escape_does(extension, operator):
 @pytest.fixture
 def window(monkeypatch):
     """A stand-in for a window: its remaining timers, and a context to start operators in."""
-    from measured_brdf.addon.work import modal
-
     timers = []
     manager = SimpleNamespace(event_timer_add=lambda interval, window: timers.append(interval) or interval,
                               event_timer_remove=timers.remove, modal_handler_add=lambda operator: None)
@@ -334,12 +295,15 @@ def window(monkeypatch):
     return SimpleNamespace(workspace=None, window=None, window_manager=manager, timers=timers)
 
 
+def full(*_):
+    raise OSError("disk full")
+
+
 @pytest.fixture
 def line(operator, window):
     """Three operators that were started at once."""
     made = [operator, type(operator)(), type(operator)()]
     for each in made:
-        each.work = lambda context: Finished()
         assert each.start(window) == {"RUNNING_MODAL"}
     return made
 
@@ -375,14 +339,12 @@ def test_escape_is_for_the_one_that_works_and_the_next_follows(line, window):
 
 
 def test_one_that_cannot_begin_when_its_turn_comes_lets_the_next_begin(line, window):
-    line[1]._work.start = lambda: (_ for _ in ()).throw(OSError("disk full"))
+    line[1]._work.start = full
     assert to_the_end(line, window) == [(0, "FINISHED"), (1, "CANCELLED"), (2, "FINISHED")]
     assert "disk full" in line[1].reports[-1][1]
 
 
 def test_what_waits_ends_with_the_file_that_it_was_for(extension, line, window):
-    from measured_brdf.addon.work import modal
-
     modal._on_load("")
     assert [way for _, way in to_the_end(line, window)] == ["CANCELLED"] * 3
     assert [(each.made, each.reports[-1][1]) for each in line] == [([], "Cancelled; nothing has changed")] * 3
@@ -390,11 +352,7 @@ def test_what_waits_ends_with_the_file_that_it_was_for(extension, line, window):
 
 
 def test_an_operator_that_begins_before_a_cancelled_one_has_ended_goes_on(extension, operator, window):
-    import bpy
-
-    operator.work = lambda context: Finished()
     second = type(operator)()
-    second.work = operator.work
     assert operator.start(window) == {"RUNNING_MODAL"}
     assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
     assert second.start(window) == {"RUNNING_MODAL"}
@@ -406,12 +364,9 @@ def test_an_operator_that_begins_before_a_cancelled_one_has_ended_goes_on(extens
 
 @pytest.mark.parametrize("error", [ValueError("no good"), ZeroDivisionError("by nobody expected"), KeyboardInterrupt()])
 def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_start(operator, window, error, capfd):
-    from measured_brdf.addon.work import modal
-
     def fails(_context, _prepared):
         raise error
 
-    operator.work = lambda context: Finished()
     operator.start(window)
     operator.apply = fails
     with contextlib.suppress(KeyboardInterrupt):
@@ -426,17 +381,13 @@ def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_st
 
 
 def test_work_that_cannot_begin_is_reported(operator, window):
-    def fails(_context):
-        raise OSError("disk full")
-
-    operator.work = fails
+    operator.work = full
     assert operator.start(window) == {"CANCELLED"}
     assert "disk full" in operator.reports[-1][1]
     assert window.timers == []
 
 
 def test_between_two_ticks_of_the_timer_nothing_is_done(operator, window):
-    operator.work = lambda context: Finished()
     operator.start(window)
     for _ in range(10):
         assert operator.modal(window, event("MOUSEMOVE")) == {"PASS_THROUGH"}
@@ -451,8 +402,6 @@ def test_without_a_window_all_is_done_at_once(operator):
 
 @pytest.mark.parametrize("folder", ["", "/measurements"])
 def test_the_file_browser_opens_unless_the_folder_is_named(extension, folder):
-    from measured_brdf.addon.work import modal
-
     asked = []
     asks = type("Asks", (modal.AsksForPath,), {"directory": folder, "start": lambda self, _: asked.append("start")})
     browser = SimpleNamespace(fileselect_add=lambda operator: asked.append("browser"))
@@ -465,8 +414,6 @@ def test_the_file_browser_opens_unless_the_folder_is_named(extension, folder):
     (True, False, True, "run")])
 def test_what_the_file_browser_answers_is_begun_anew_so_that_the_window_stays_responsive(
         extension, monkeypatch, is_invoke, is_repeat, background, done):
-    from measured_brdf.addon.work import modal
-
     asked = []
     operators = SimpleNamespace(asks=lambda how, **given: asked.append(("again", how, given["directory"])))
     monkeypatch.setattr(modal, "bpy", SimpleNamespace(app=SimpleNamespace(background=background),
@@ -479,10 +426,7 @@ def test_what_the_file_browser_answers_is_begun_anew_so_that_the_window_stays_re
 
 
 def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
-    def fails(_context):
-        raise OSError("disk full")
-
-    operator.work = fails
+    operator.work = full
     assert operator.run(window) == {"CANCELLED"}
     assert operator.reports == [({"ERROR"}, "disk full")]
 
@@ -493,9 +437,7 @@ def test_the_bar_of_an_import_goes_on_from_the_fit_when_shaders_are_compiled(ext
     assert next(steps) == (0.95, "Compiling a")
 
 
-def test_a_command_that_is_interrupted_takes_its_blender_with_it(extension, process, monkeypatch, tmp_path):
-    from measured_brdf.addon.work import blender_process
-
+def test_a_command_that_is_interrupted_takes_its_blender_with_it(extension, monkeypatch, tmp_path):
     jobs, start = [], blender_process.Command.start
     monkeypatch.setattr(blender_process.Command, "start", lambda command: jobs.append(start(command)) or jobs[-1])
 
@@ -508,9 +450,7 @@ def test_a_command_that_is_interrupted_takes_its_blender_with_it(extension, proc
     assert not jobs[0].worker.is_alive()
 
 
-def test_a_command_whose_blender_was_killed_fails_and_says_so(extension, process, tmp_path):
-    from measured_brdf.addon.work import blender_process
-
+def test_a_command_whose_blender_was_killed_fails_and_says_so(extension, tmp_path):
     job = blender_process.Command("starter", "-o", tmp_path / "library").start()
     job.worker._process.kill()
     wait(job)
@@ -518,7 +458,7 @@ def test_a_command_whose_blender_was_killed_fails_and_says_so(extension, process
     assert "Blender ended early, with exit code -9" in str(job.error)
 
 
-def test_a_worker_answers_one_question_after_the_other_and_tells_each_answer(queue, process):
+def test_a_worker_answers_one_question_after_the_other_and_tells_each_answer():
     told, questions = [], [(number, partial(pow, 2, number)) for number in (3, 4)]
     end = time.monotonic() + 60
     while time.monotonic() < end and len(told) < 2:
@@ -531,8 +471,6 @@ def test_a_worker_answers_one_question_after_the_other_and_tells_each_answer(que
 
 
 def test_a_second_blender_is_the_executable_that_runs_or_python_where_blender_is_a_module(extension, monkeypatch):
-    from measured_brdf.addon.work import blender_process
-
     assert blender_process._command_line()[0] == sys.executable
     app = SimpleNamespace(binary_path="/opt/blender/blender", python_args=())
     monkeypatch.setattr(blender_process, "bpy", SimpleNamespace(app=app))
@@ -542,8 +480,6 @@ def test_a_second_blender_is_the_executable_that_runs_or_python_where_blender_is
 
 
 def test_a_command_that_closes_the_open_file_runs_in_a_second_blender(blender, extension, monkeypatch, tmp_path):
-    from measured_brdf.addon.work import command
-
     asked = []
 
     class Second:

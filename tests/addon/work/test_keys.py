@@ -2,11 +2,13 @@
 
 from dataclasses import fields, replace
 from itertools import combinations
-from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
+from measured_brdf.addon.core.storage import outcomes
+from measured_brdf.addon.work import queries, tasks
+from measured_brdf.fitter import Samples
 
 from fitter.formats.reading import OPTIONS
 from fitter.methods.extrapolation import MeasuredDomain
@@ -17,24 +19,7 @@ OF_NO_FIT = "name", "source", "notes", "saturated"      # fields of samples that
 
 
 @pytest.fixture
-def work(extension):
-    from measured_brdf.addon import work
-    from measured_brdf.addon.work import queries
-
-    return SimpleNamespace(tasks=work.tasks, queries=queries)
-
-
-@pytest.fixture
-def outcomes(extension):
-    from measured_brdf.addon.core.storage import outcomes
-
-    return outcomes
-
-
-@pytest.fixture
 def samples(extension, glossy):
-    from measured_brdf.fitter import Samples
-
     return Samples(*glossy.directions, glossy.values, glossy.channels, deviation=np.full(len(glossy), 0.1))
 
 
@@ -49,7 +34,7 @@ def changed_at(array, place, factor):
     return changed
 
 
-def test_the_digest_of_measurements_names_all_that_a_fit_depends_on(work, samples):
+def test_the_digest_of_measurements_names_all_that_a_fit_depends_on(samples):
     faintest = np.unravel_index(samples.values.argmin(), samples.values.shape)
     others = {
         **{field: {field: changed_at(getattr(samples, field), 7, 0.999)} for field in ("theta_i", "theta_o", "phi_o")},
@@ -64,28 +49,28 @@ def test_the_digest_of_measurements_names_all_that_a_fit_depends_on(work, sample
                                                  (1 - 2e-8, 1, 1.3))],
         "deviation": [{"deviation": None}, {"deviation": changed_at(samples.deviation, 3, 1.01)}]}
     assert {*others, *OF_NO_FIT} == {field.name for field in fields(samples)}
-    keys = {"as they are": work.tasks.digest(samples)}
+    keys = {"as they are": tasks.digest(samples)}
     for field, changes in others.items():
         for number, change in enumerate(changes if isinstance(changes, list) else [changes]):
-            keys[f"{field} {number}"] = work.tasks.digest(replace(samples, **change))
+            keys[f"{field} {number}"] = tasks.digest(replace(samples, **change))
     assert_differ(keys)
 
 
-def test_the_digest_does_not_depend_on_names_and_on_how_a_computer_rounds(work, samples, random):
+def test_the_digest_does_not_depend_on_names_and_on_how_a_computer_rounds(samples, random):
     alike = [{"name": "another"}, {"source": "another"}, {"notes": ("another",)},
              {"saturated": np.ones(len(samples), bool)},
              {"values": samples.values * (1 + 2e-16 * random.standard_normal(samples.values.shape))}]
-    assert {work.tasks.digest(replace(samples, **each)) for each in alike} == {work.tasks.digest(samples)}
+    assert {tasks.digest(replace(samples, **each)) for each in alike} == {tasks.digest(samples)}
     powers = replace(samples, values=2.0 ** np.round(np.log2(samples.values)))
-    assert work.tasks.digest(replace(powers, values=powers.values * (1 - 1e-16))) == work.tasks.digest(powers)
+    assert tasks.digest(replace(powers, values=powers.values * (1 - 1e-16))) == tasks.digest(powers)
     nothing = changed_at(samples.values, (3, 1), 0.0)
     nearly = nothing.copy()
     nearly[3, 1] = -1e-17 * nothing.max()
-    assert work.tasks.digest(replace(samples, values=nothing)) == work.tasks.digest(replace(samples, values=nearly))
+    assert tasks.digest(replace(samples, values=nothing)) == tasks.digest(replace(samples, values=nearly))
 
 
-def test_the_keys_of_saved_fits_and_of_assets(work, monkeypatch):
-    tasks, given = work.tasks, ("name", "0123", {"diffuse_level": 3, "method": "mba"})
+def test_the_keys_of_saved_fits_and_of_assets(monkeypatch):
+    given = ("name", "0123", {"diffuse_level": 3, "method": "mba"})
     keys = {"as it is": tasks.fit_key(*given), "name": tasks.fit_key("other", *given[1:]),
             "digest": tasks.fit_key(given[0], "4567", given[2]),
             **{f"arguments {number}": tasks.fit_key(*given[:2], arguments) for number, arguments in enumerate(
@@ -101,7 +86,7 @@ def test_the_keys_of_saved_fits_and_of_assets(work, monkeypatch):
     assert_differ(keys | {"SHADER_VERSION": tasks.asset_key("fit", "AUTO")})
 
 
-def keep(outcomes, fit):
+def keep(fit):
     return outcomes.EmbeddedFit(fit, "name", "Linear Rec.709")
 
 
@@ -109,8 +94,8 @@ def variants(item, changes):
     return {"as it is": item, **{field: item._replace(**{field: value}) for field, value in changes.items()}}
 
 
-def test_the_digests_of_what_is_shown(outcomes):
-    kept = variants(keep(outcomes, b"fit"), {"fit": b"other", "name": "other", "colours": "ACEScg"})
+def test_the_digests_of_what_is_shown():
+    kept = variants(keep(b"fit"), {"fit": b"other", "name": "other", "colours": "ACEScg"})
     assert_differ({name: each.digest for name, each in kept.items()})
     measured = outcomes.Measurement("path", "sample", "{}", "name", ("R",), "Linear Rec.709", "0123")
     wanted = outcomes.FitRequest(outcomes.Data(measured, None), {"method": "mba"})
@@ -122,13 +107,13 @@ def test_the_digests_of_what_is_shown(outcomes):
          (outcomes.KeptMix(one, other, 0.5), other, 0.5)))})
 
 
-def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
+def test_the_keys_of_pictures_in_panels(monkeypatch):
     """Each picture that a panel asks for, by each argument; `shown` and `data` are told by their digests."""
     asked = []
-    monkeypatch.setattr(work.queries.icons, "icon", lambda key, *more, **options: asked.append(key) or (0, None))
-    one, other = (keep(outcomes, fit) for fit in (b"one", b"other"))
+    monkeypatch.setattr(queries.icons, "icon", lambda key, *more, **options: asked.append(key) or (0, None))
+    one, other = (keep(fit) for fit in (b"one", b"other"))
     data = [outcomes.Data(outcomes.Measurement(*[""] * 6, digest), None) for digest in "01"]
-    ask = work.queries
+    ask = queries
     seconds = (), ((one, ()),), ((other, ()),), ((one, (MeasuredDomain(1.2, 1.0),)),)
     fits = [((first, reaches), *second) for first in (one, other) for reaches in ((), (MeasuredDomain(1.2, 1.0),))
             for second in seconds]
@@ -143,30 +128,29 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
         assert_differ({str(number): key for number, key in enumerate(asked)})
 
 
-def test_a_panel_asks_anew_about_measurements_that_are_read_otherwise(work, outcomes, monkeypatch):
+def test_a_panel_asks_anew_about_measurements_that_are_read_otherwise(monkeypatch):
     asked = []
-    monkeypatch.setattr(work.queries.queue, "ask", lambda key, *more, **options: asked.append(key))
+    monkeypatch.setattr(queries.queue, "ask", lambda key, *more, **options: asked.append(key))
     material = bpy.data.materials.new("read")
     settings = material.measured_brdf
     try:
-        work.queries.data(material)
+        queries.data(material)
         for name, value in (("filepath", "other.csv"), ("sample", "other"), ("angles", "radians"),
                             ("quantity", "brdf_percent"), ("illuminant", "A"), ("isotropic", "isotropic"),
                             ("symmetry", "mirror"), ("encoding", "srgb"), ("keep_unmeasured", True), ("columns", "1")):
             setattr(settings, name, value)
-            work.queries.data(material)
-        monkeypatch.setattr("measured_brdf.addon.work.queries.load_arguments",
-                            lambda choices: {"colours": "ACEScg"})
-        work.queries.data(material)
+            queries.data(material)
+        monkeypatch.setattr("measured_brdf.addon.work.queries.load_arguments", lambda choices: {"colours": "ACEScg"})
+        queries.data(material)
     finally:
         bpy.data.materials.remove(material)
     assert len(asked) == 2 + 2 + len(OPTIONS)
     assert_differ({str(number): key for number, key in enumerate(asked)})
 
 
-def test_a_table_in_percent_is_fitted_anew_once_its_unit_is_said(work, samples, tmp_path, write_astm):
+def test_a_table_in_percent_is_fitted_anew_once_its_unit_is_said(samples, tmp_path, write_astm):
     """In one process, whose caches are warm."""
-    tasks, arguments = work.tasks, {"diffuse_level": 2, "specular_level": None}
+    arguments = {"diffuse_level": 2, "specular_level": None}
     path = str(write_astm(tmp_path / "percent.astm", replace(samples, values=100 * samples.values)))
     percent = tasks.outcome(path, "", arguments)
     right = tasks.outcome(path, "", arguments, how={"quantity": "brdf_percent"})

@@ -1,12 +1,18 @@
 """What the workers of one Blender have worked out is worked out once, and their progress moves."""
 
+import errno
 import os
 import subprocess
 import sys
+import threading
 import time
 from functools import partial
+from pathlib import Path
 
 import pytest
+from measured_brdf.addon.core.storage.outcomes import FitRequest
+from measured_brdf.addon.work import process, shared, tasks
+from measured_brdf.addon.work.job import Job, read_progress, write_progress
 
 import fitter
 from fitter.samples import subset
@@ -15,26 +21,9 @@ from support.checkout import ROOT
 
 
 @pytest.fixture
-def process(extension):
-    from measured_brdf.addon.work import process
-
-    process.unregister()        # also what other tests' workers have made
-    yield process
-    process.unregister()
-
-
-@pytest.fixture
-def making(process, monkeypatch):
+def making(monkeypatch):
     """Workers that make everything, also what the tests' own keep."""
     monkeypatch.setattr(process, "_WORKER_SCRIPT", ROOT / "addon" / "work" / "worker.py")
-
-
-@pytest.fixture
-def queue(extension):
-    from measured_brdf.addon.work import queue
-
-    yield queue
-    queue.unregister()
 
 
 @pytest.fixture
@@ -42,7 +31,7 @@ def file(tmp_path, glossy, write_astm):
     return str(write_astm(tmp_path / "glossy.astm", subset(glossy, slice(300))))
 
 
-def begun(process, name, function):
+def begun(name, function):
     job = process.Job(function)
     process.worker(name).begin(job)
     return job
@@ -57,59 +46,47 @@ def wait(*jobs, seconds=120):
     return [job.result for job in jobs]
 
 
-def results(process):
-    from pathlib import Path
-
+def results():
     return sorted((path.name, path.stat().st_ino) for path in Path(process.folder()).glob("*.result"))
 
 
 STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"])
 
 
-def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
+def test_after_an_import_no_worker_fits_the_same_again(making, file):
     """The time that a fit took is another one every time that it is made."""
-    from measured_brdf.addon.core.storage.outcomes import FitRequest
-    from measured_brdf.addon.work import tasks
-
-    (imported,), = wait(begun(process, "operator", partial(tasks.outcomes, [(file, "")], STANDARD)))
+    (imported,), = wait(begun("operator", partial(tasks.outcomes, [(file, "")], STANDARD)))
     outcome = imported[2]
-    assert len(results(process)) == 2           # a preparation, and the fit
-    before = results(process)
-    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
-    shown, _, _ = wait(begun(process, "fit", partial(tasks.fitted_of, data, STANDARD)),
-                       begun(process, "slow", partial(tasks.polar_plot, [(FitRequest(data, STANDARD), ())], data, 0.7)),
-                       begun(process, "draw", partial(tasks.lit_sphere, FitRequest(data, STANDARD), None)))
+    assert len(results()) == 2           # a preparation, and the fit
+    before = results()
+    data, = wait(begun("read", partial(tasks.read, file, "")))
+    shown, _, _ = wait(begun("fit", partial(tasks.fitted_of, data, STANDARD)),
+                       begun("slow", partial(tasks.polar_plot, [(FitRequest(data, STANDARD), ())], data, 0.7)),
+                       begun("draw", partial(tasks.lit_sphere, FitRequest(data, STANDARD), None)))
     assert shown.seconds == outcome.fitted.seconds
     assert shown.errors == outcome.fitted.errors
-    assert results(process) == before
-    wait(begun(process, "fit", partial(tasks.fitted_of, data, DRAFT)))
-    assert len(results(process)) == 3           # another fit, by the same preparation
+    assert results() == before
+    wait(begun("fit", partial(tasks.fitted_of, data, DRAFT)))
+    assert len(results()) == 3           # another fit, by the same preparation
 
 
-def test_two_workers_that_are_asked_at_once_fit_once(process, file):
-    from measured_brdf.addon.work import tasks
-
-    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
+def test_two_workers_that_are_asked_at_once_fit_once(file):
+    data, = wait(begun("read", partial(tasks.read, file, "")))
     for name in ("fit", "operator"):
-        wait(begun(process, name, partial(tasks.read, file, "")))       # both have started
-    first, second = (begun(process, name, partial(tasks.fitted_of, data, STANDARD)) for name in ("fit", "operator"))
-    told = set()
-    while not first.poll() or not second.poll():
-        told.add((second.fraction, second.doing))
-        time.sleep(0.005)
+        wait(begun(name, partial(tasks.read, file, "")))       # both have started
+    first, second = (begun(name, partial(tasks.fitted_of, data, STANDARD)) for name in ("fit", "operator"))
+    wait(first, second)
     assert first.result.seconds == second.result.seconds
-    assert len(results(process)) == 2
+    assert len(results()) == 2
 
 
-def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
-    from measured_brdf.addon.work import tasks
-
-    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
-    first = begun(process, "fit", partial(tasks.fitted_of, data, STANDARD))
+def test_a_worker_that_is_killed_leaves_its_work_to_others(file):
+    data, = wait(begun("read", partial(tasks.read, file, "")))
+    first = begun("fit", partial(tasks.fitted_of, data, STANDARD))
     while first.doing == "Starting":
         assert not first.poll()
     first.cancel()
-    fitting, = wait(begun(process, "operator", partial(tasks.fitted_of, data, STANDARD)))
+    fitting, = wait(begun("operator", partial(tasks.fitted_of, data, STANDARD)))
     assert fitting.errors.rmse > 0
 
 
@@ -123,7 +100,8 @@ from measured_brdf.addon.work import blender_process
 from measured_brdf.addon.work import process
 from measured_brdf.addon.work import tasks
 from measured_brdf.fitter import load
-worker = process.start(partial(tasks.held_out, tasks.read(sys.argv[1], ""), {"diffuse_level": 7, "specular_level": 8}))
+long = partial(tasks.held_out, tasks.read(sys.argv[1], ""), {"diffuse_level": 7, "specular_level": 8})
+worker = process.Calculation(long).start()
 other = blender_process.Command("starter", "-o", sys.argv[2]).start()
 while "Starting" in (worker.doing, other.doing):
     assert not worker.poll() and not other.poll(), (worker.error, other.error)
@@ -161,21 +139,17 @@ def is_running(number):
 
 
 @release
-def test_errors_are_raised_in_every_worker_and_not_kept(process, file):
-    from measured_brdf.addon.work import tasks
-
-    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
+def test_errors_are_raised_in_every_worker_and_not_kept(file):
+    data, = wait(begun("read", partial(tasks.read, file, "")))
     for name in ("fit", "operator"):
-        job = begun(process, name, partial(tasks.fitted_of, data, {"tolerance": 1e-9}))
+        job = begun(name, partial(tasks.fitted_of, data, {"tolerance": 1e-9}))
         while not job.poll():
             time.sleep(0.01)
         assert "no fit is within" in str(job.error)
-    assert results(process) == []
+    assert results() == []
 
 
 def test_a_single_process_shares_nothing(extension, monkeypatch, tmp_path):
-    from measured_brdf.addon.work import shared
-
     done = []
     for _ in range(2):
         assert shared.once("key", lambda: done.append(1) or len(done)) == len(done)
@@ -185,10 +159,6 @@ def test_a_single_process_shares_nothing(extension, monkeypatch, tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="fcntl")
 def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, monkeypatch, tmp_path):
-    import errno
-
-    from measured_brdf.addon.work import shared
-
     answers = [OSError(errno.ENOLCK, "No locks available"), AssertionError("it waits for a lock that it cannot get")]
 
     def flock(_file, _operation):
@@ -200,8 +170,6 @@ def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, m
 
 
 def test_a_result_that_another_process_forgets_meanwhile_is_worked_out_again(extension, monkeypatch, tmp_path):
-    from measured_brdf.addon.work import shared
-
     monkeypatch.setenv(shared.WORKERS_FOLDER, str(tmp_path))
     assert shared.once("key", lambda: 5) == 5
     path, = tmp_path.glob("*.result")
@@ -210,10 +178,6 @@ def test_a_result_that_another_process_forgets_meanwhile_is_worked_out_again(ext
 
 
 def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):
-    import os
-
-    from measured_brdf.addon.work import shared
-
     monkeypatch.setenv(shared.WORKERS_FOLDER, str(tmp_path))
     monkeypatch.setattr(shared, "_KEPT_RESULTS", 3)
     for number in range(5):
@@ -226,10 +190,8 @@ def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):
     assert done == [1, 0]
 
 
-def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(process, making, file):
-    from measured_brdf.addon.work import tasks
-
-    job = begun(process, "operator", partial(tasks.outcomes, [(file, ""), (file, "")], STANDARD))
+def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(making, file):
+    job = begun("operator", partial(tasks.outcomes, [(file, ""), (file, "")], STANDARD))
     told = []
     while not job.poll():
         if not told or told[-1] != (job.fraction, job.doing):
@@ -244,10 +206,6 @@ def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(pr
 
 def test_progress_is_replaced_as_a_whole(extension, tmp_path):
     """A reader at any moment finds a number and words, never half of them."""
-    import threading
-
-    from measured_brdf.addon.work.job import Job, read_progress, write_progress
-
     path, end = tmp_path / "1.progress", threading.Event()
     write_progress(path, 0.0, "x" * 10_000)
 

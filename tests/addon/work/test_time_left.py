@@ -1,14 +1,13 @@
 """How long a job still takes, as the progress line says it."""
 
 import pytest
+from measured_brdf.addon.work.job import Job
 
 
 @pytest.mark.parametrize(("fraction", "elapsed", "expected"), [
     (0.05, 20, ""), (0.5, 2, ""), (1.0, 20, ""), (0.25, 10, "about 30 s left"), (0.1, 18, "about 3 min left"),
     (0.8, 16, "about 4 s left"), (0.99, 30, "about 1 s left")])
 def test_the_rest_takes_as_long_as_the_pace_so_far_says(extension, fraction, elapsed, expected):
-    from measured_brdf.addon.work.job import Job
-
     job = Job(None)
     assert job.left(100) == ""
     job.fraction = fraction
@@ -19,8 +18,6 @@ def test_the_rest_takes_as_long_as_the_pace_so_far_says(extension, fraction, ela
 
 
 def test_a_job_that_has_ended_takes_no_longer(extension):
-    from measured_brdf.addon.work.job import Job
-
     job = Job(None)
     job.left(0)
     job.fraction, job.finished = 0.5, 9.0

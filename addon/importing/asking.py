@@ -1,4 +1,5 @@
-"""Asks which column of a table is which, where their names mean nothing or are not there."""
+"""Asks what a file does not say: which of its samples is wanted, in a searchable list, and which column of a table is
+which, where their names mean nothing or are not there."""
 
 import textwrap
 from typing import Any
@@ -7,15 +8,18 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
 from ...fitter import DatasetError
-from ...fitter.formats import names, preview
-from ..core.annotations import OperatorResult, not_none
+from ...fitter.formats import list_samples, names, preview
+from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.blender.active_material import active_material, is_editable
 from ..core.storage.properties import FitChoices
 from ..panel.layout import name_beside_value
+from ..work import icons
 from ..work.making import HasTarget, begin_with_preference
 from ..work.modal import errors_reported
 from .import_data import IMPORT_DIALOG, choices_and_target, draw_complaint
 
+_Item = tuple[str, str, str, int, int]
+_items: list[_Item] = []     # Blender keeps no reference to the strings that an items function returns
 _SKIP, _NAMED = "SKIP", "NAMED"
 _MEANINGS = (
     (_SKIP, "Not Read", "This column is passed over"),
@@ -33,6 +37,71 @@ _SHOWN = 24                 # columns in the dialog; the others are read as they
 _CELL_LETTERS = 24       # characters of a cell
 
 
+class AsksAboutFile(FitChoices, HasTarget, OperatorMixIn):
+    """A mix-in for dialogs about a file that is to be imported, or about that of the active material."""
+
+    for_material: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
+
+    def is_refused(self, context: bpy.types.Context) -> bool:
+        """Whether it is asked for a material that cannot be changed, which is reported."""
+        refused = self.for_material and not is_editable(type(self), context)
+        if refused:
+            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
+        return refused
+
+    def path(self, context: bpy.types.Context) -> str:
+        """The absolute path of the file."""
+        own = self.for_material and not self.filepath
+        return bpy.path.abspath(not_none(active_material(context)).measured_brdf.filepath if own else self.filepath)
+
+
+def _list(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> list[_Item]:
+    return _items
+
+
+class MEASUREDBRDF_OT_choose_sample(AsksAboutFile, bpy.types.Operator):
+    """Choose a sample of this file by name"""
+
+    bl_idname = "measured_brdf.choose_sample"
+    bl_label = "Choose Sample"
+    bl_options = {"INTERNAL"}
+    bl_property = "item"
+
+    item: EnumProperty(name="Sample", items=_list, options={"SKIP_SAVE"})
+    refit: StringProperty(options={"SKIP_SAVE", "HIDDEN"})         # the preset to fit with then; empty: do not fit
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        if self.is_refused(context):
+            return {"CANCELLED"}
+        begin_with_preference(self, context)
+        path = self.path(context)
+        try:
+            samples = list_samples(path)
+        except DatasetError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if not samples:
+            self.report({"INFO"}, "This file holds only one sample")
+            return {"CANCELLED"}
+        _items[:] = [(name, f"{name}  ({number})", f"CURET sample {number}",
+                      next((icon(path, name) for icon in icons.sample_icons), 0), place)
+                     for place, (number, name) in enumerate(samples)]
+        context.window_manager.invoke_search_popup(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        if self.is_refused(context):
+            return {"CANCELLED"}
+        with errors_reported(self):
+            if not self.for_material:
+                bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **choices_and_target(self) | {"sample": self.item})
+                return {"FINISHED"}
+            not_none(active_material(context)).measured_brdf.sample = self.item
+            if self.refit:
+                bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
+        return {"FINISHED"}
+
+
 class MeasuredColumn(bpy.types.PropertyGroup):
     """A column of a table: its name, its first numbers, and what it is."""
 
@@ -41,7 +110,7 @@ class MeasuredColumn(bpy.types.PropertyGroup):
     meaning: EnumProperty(name="Meaning", items=_MEANINGS, default=_SKIP)
 
 
-class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
+class MEASUREDBRDF_OT_name_columns(AsksAboutFile, bpy.types.Operator):
     """Say which column of this table is which"""
 
     bl_idname = "measured_brdf.name_columns"
@@ -50,15 +119,13 @@ class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
 
     table: CollectionProperty(type=MeasuredColumn, options={"HIDDEN", "SKIP_SAVE"})
     complaint: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
-    for_material: BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        if self.for_material and not is_editable(type(self), context):
-            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
+        if self.is_refused(context):
             return {"CANCELLED"}
         begin_with_preference(self, context)
         try:
-            fill(self, self._path(context))
+            fill(self, self.path(context))
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -91,11 +158,6 @@ class MEASUREDBRDF_OT_name_columns(FitChoices, HasTarget, bpy.types.Operator):
                 setattr(settings, name, getattr(self, name))
         return {"FINISHED"}
 
-    def _path(self, context: bpy.types.Context) -> str:
-        if self.for_material and not self.filepath:
-            self.filepath = not_none(active_material(context)).measured_brdf.filepath
-        return bpy.path.abspath(self.filepath)
-
 
 def fill(operator: Any, path: str) -> None:
     """Fill the dialog with the columns of a file, and what their names say. Raises DatasetError."""
@@ -127,4 +189,4 @@ def stated_columns(table: Any) -> str:
     return ",".join(words)
 
 
-classes = (MeasuredColumn, MEASUREDBRDF_OT_name_columns)
+classes = (MEASUREDBRDF_OT_choose_sample, MeasuredColumn, MEASUREDBRDF_OT_name_columns)
