@@ -65,6 +65,9 @@ def probe_scene(fit, code, count, functions="", mixture=None, **tables):
     -------
     bpy.types.Scene
     """
+    from measured_brdf.addon.core.blender import osl_support
+
+    assert not osl_support.reason_unavailable()
     width = max(4, math.ceil(math.sqrt(count)))       # Blender renders no smaller pictures
     arrays = "".join(_exactly(name, np.ravel(table)) for name, table in tables.items())
     source = bake(fit, PROBE % (functions, arrays, width, code), any_mixture(fit) if mixture is None else mixture)

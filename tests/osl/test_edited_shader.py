@@ -32,9 +32,6 @@ FITS = {
     itertools.product(FITS, EDITS), ("krylon, Standard", "all"), ("krylon, Standard", "sharpened"),
     ("lobes of all kinds", "sharpened"), ("leather (4,6,95)", "coated")))
 def test_the_shader_evaluates_the_edited_fit(blender, curet, cornell, random, name, edit):
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
     measured = FITS[name](curet, cornell)
     fit = edited(measured, **EDITS[edit])
     vectors = direction_pairs(random)

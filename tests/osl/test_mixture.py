@@ -11,7 +11,6 @@ from support.anisotropic import ANISOTROPIC, brushed_fit
 from support.cases import quick
 from support.made_fits import MADE_FITS
 from support.mixtures import density, made_mixture
-from support.osl_probe import probe_osl
 from support.stage import add_lamp, black_scene, blank_material, render, rotation_toward
 
 ANGLES = np.radians([0.0, 1.0, 23.0, 45.5, 61.0, 78.0, 86.0, 89.0])     # some of them beyond the last stop
@@ -33,13 +32,10 @@ MADE = "lobes of all kinds", "lobes of all kinds, anisotropic"
 
 
 @pytest.fixture
-def probe(blender):
+def probe(probe):
     """OSL code with a mixture, in a shader of some fit."""
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
     fit = MADE_FITS["half and difference"]
-    return lambda mixture, code, count, **tables: probe_osl(fit, code, count, mixture=mixture, **tables)
+    return lambda mixture, code, count, **tables: probe(fit, code, count, mixture=mixture, **tables)
 
 
 def interpolate_mixture(name, curet, cornell):

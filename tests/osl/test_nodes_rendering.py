@@ -13,8 +13,18 @@ import fitter
 from fitter.cycles import node_mixture
 from support.anisotropic import brushed_fit
 from support.cases import quick, release
-from support.spheres import normals, radial, turned_tangents
-from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
+from support.spheres import normals, radial, reflected, turned_tangents
+from support.stage import (
+    add_lamp,
+    add_sphere,
+    background,
+    black_scene,
+    connect_vector,
+    group_node,
+    material_for,
+    render,
+    set_input,
+)
 
 SIZE, BLOCK = 48, 6
 NARROW = {"cayman"}             # highlights smaller than half a pixel
@@ -98,8 +108,6 @@ def test_with_osl_the_input_nodes_shows_the_same(blender, standard):
 
 
 def test_with_osl_the_fit_itself_is_shown(blender, standard):
-    from support.spheres import reflected
-
     fit = standard("velvet")
     scene, _ = sphere(fit, osl=True, samples=256)
     n = normals(2 * SIZE)
@@ -121,12 +129,7 @@ def test_a_tint_below_zero_is_black(blender, standard, osl):
     """Sockets do not bound what nodes compute and connect."""
     scene, material = sphere(standard("aluminum foil"), osl)
     plain = render(scene)[..., :3]
-    tree = material.node_tree
-    below = tree.nodes.new("ShaderNodeCombineXYZ")
-    for socket, value in zip(below.inputs, (-1.0, 0.5, 1.0), strict=True):
-        socket.default_value = value
-    group = next(node for node in tree.nodes if node.type == "GROUP")
-    tree.links.new(below.outputs[0], group.inputs["Tint"])
+    connect_vector(material, "Tint", (-1.0, 0.5, 1.0))
     tinted = render(scene)[..., :3]
     assert (tinted[..., 0] == 0).all()
     np.testing.assert_allclose(tinted.mean(axis=(0, 1)), plain.mean(axis=(0, 1)) * [0, 0.5, 1], rtol=2e-3)
@@ -137,11 +140,7 @@ def test_a_normal_that_is_connected_is_the_one_that_is_seen(blender, standard):
     fit = standard("velvet")
     mixture = node_mixture.node_mixtures(fit).cycles
     scene, material = sphere(fit)
-    tree = material.node_tree
-    up = tree.nodes.new("ShaderNodeCombineXYZ")
-    up.inputs[2].default_value = 2.0
-    group = next(node for node in tree.nodes if node.type == "GROUP")
-    tree.links.new(up.outputs[0], group.inputs["Normal"])
+    connect_vector(material, "Normal", (0, 0, 2))
     expected = math.pi * node_mixture.evaluate(mixture, np.array([0.0, 0, 1]), TOWARD[None])[0]
     picture = render(scene)[..., :3]
     middle = picture[SIZE // 2 - 4:SIZE // 2 + 4, SIZE // 2 - 8:SIZE // 2]
@@ -181,7 +180,7 @@ def test_a_group_that_was_made_without_osl_renders_nodes_and_can_be_completed(bl
     with monkeypatch.context() as patched:
         patched.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
         scene, material = sphere(fit, osl=True)
-        tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+        tree = group_node(material).node_tree
         assert node_group.version(tree) > 0
     assert node_group.version(tree) == 0, "a Blender that has OSL can compile it"
     assert_close(blocks(render(scene)[..., :3]), integral(node_mixture.node_mixtures(fit).cycles))

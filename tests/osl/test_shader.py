@@ -14,18 +14,8 @@ from fitter.shader_constants import LOBE_EDGE_KNOT, LOBE_MARGIN
 from support import merl_files, truths
 from support.cases import quick
 from support.made_fits import MADE_FITS
-from support.osl_probe import probe_osl
 
 COUNT = 10_000
-
-
-@pytest.fixture
-def probe(blender):
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
-
-    return probe_osl
 
 
 def direction_pairs(random):
