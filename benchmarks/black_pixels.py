@@ -38,10 +38,7 @@ def lit_mesh():
     """A square that shines, which is no lamp."""
     place = -3, -3, 3
     bpy.ops.mesh.primitive_plane_add(size=1, location=place, rotation=stage.rotation_toward(place))
-    lit, shader, surface = stage.blank_material("Lit", "ShaderNodeEmission")
-    shader.inputs["Strength"].default_value = 60
-    lit.node_tree.links.new(shader.outputs[0], surface)
-    bpy.context.object.data.materials.append(lit)
+    bpy.context.object.data.materials.append(stage.simple_material("Lit", "ShaderNodeEmission", {"Strength": 60}))
 
 
 def area_lamp():

@@ -229,14 +229,13 @@ class Measured:
         Processor time of SAMPLES samples.
     denoised : float
         Relative error of SAMPLES samples after the denoiser.
-    noisy, picture : (height, width, 3)
-        Of SAMPLES samples, and of all.
+    picture : (height, width, 3)
+        Of all samples.
     """
 
     figures: Figures
     seconds: float
     denoised: float
-    noisy: np.ndarray
     picture: np.ndarray
 
 
@@ -266,21 +265,17 @@ def measure(scene, of):
     picture = converged(noisy, many)
     error = math.sqrt(((denoised - picture) ** 2).mean()) / picture.mean()
     per_sample = (np.median(seconds) - seconds_few) / (SAMPLES - COUNTED[0])
-    return Measured(figures(few, noisy, many), SAMPLES * per_sample, error, noisy[0], picture)
+    return Measured(figures(few, noisy, many), SAMPLES * per_sample, error, picture)
 
 
 def principled_material(fit, name):
     """A material of the Principled BSDF that is closest to a fit."""
     like = principled_of(fit)
-    material, shader, surface = stage.blank_material(name, "ShaderNodeBsdfPrincipled")
-    for socket, value in (("Base Color", (*like.base_color, 1)), ("Metallic", like.metallic),
-                          ("Roughness", like.roughness), ("Specular IOR Level", like.specular_level),
-                          ("Sheen Weight", like.sheen_weight), ("Sheen Tint", (*like.sheen_tint, 1)),
-                          ("Sheen Roughness", like.sheen_roughness), ("Coat Weight", like.coat_weight),
-                          ("Coat Roughness", like.coat_roughness)):
-        shader.inputs[socket].default_value = value
-    material.node_tree.links.new(shader.outputs[0], surface)
-    return material
+    return stage.simple_material(name, "ShaderNodeBsdfPrincipled", {
+        "Base Color": (*like.base_color, 1), "Metallic": like.metallic, "Roughness": like.roughness,
+        "Specular IOR Level": like.specular_level, "Sheen Weight": like.sheen_weight,
+        "Sheen Tint": (*like.sheen_tint, 1), "Sheen Roughness": like.sheen_roughness, "Coat Weight": like.coat_weight,
+        "Coat Roughness": like.coat_roughness})
 
 
 def ways():
@@ -289,19 +284,17 @@ def ways():
     data = synthetic.measurements_or_synthetic()[0]
     samples = functools.cache(lambda name: fitter.load_published(PUBLISHED[name]) if name in PUBLISHED
                               else fitter.load(data / FILES[name][0], FILES[name][1]))
-    fit = functools.cache(lambda name, preset: fitter.fit(samples(name), **fitter.PRESETS[preset]))
+    fit = functools.cache(lambda name: fitter.fit(samples(name), **fitter.PRESETS["Standard"]))
+    nodes = functools.cache(lambda name: node_mixtures(fit(name)))
 
-    nodes = functools.cache(lambda name, preset: node_mixtures(fit(name, preset)))
-
-    def measured(name, preset, by_nodes):
-        material = stage.material_for(fit(name, preset), nodes(name, preset))
+    def measured(name, by_nodes):
+        material = stage.material_for(fit(name), nodes(name))
         stage.set_input(material, "Nodes", by_nodes)
         return material
 
-    return {"Principled": lambda name: principled_material(fit(name, "Standard"), name),
-            "Standard": functools.partial(measured, preset="Standard", by_nodes=False),
-            "Nodes": functools.partial(measured, preset="Standard", by_nodes=True),
-            "Paper": functools.partial(measured, preset="Paper", by_nodes=False)}
+    return {"Principled": lambda name: principled_material(fit(name), name),
+            "Standard": functools.partial(measured, by_nodes=False),
+            "Nodes": functools.partial(measured, by_nodes=True)}
 
 
 def everywhere(scene, of):
@@ -340,18 +333,17 @@ def main():
     """Print the table of the scenes that are named."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.ordinary", description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", nargs="+", choices=SCENES, default=["spheres", "car"], help="default: spheres car")
-    parser.add_argument("--ways", nargs="+", default=["Standard", "Nodes"], help="also: Paper")
-    options = parser.parse_args()
     found, rows, exact = ways(), [], []
-    for scene in options.scenes:
+    for scene in parser.parse_args().scenes:
         if missing := absent(scene):
             print(f"{scene}: left out, for there are no measurements of {', '.join(missing)}", file=sys.stderr)
             continue
         like = measure(scene, found["Principled"])
         rows.append((scene, "Principled", *_ratios(like, like), None, *_below(like)))
-        for way in options.ways:
+        true_mean = everywhere(scene, found["Standard"])
+        for way in ("Standard", "Nodes"):
             made = measure(scene, found[way])
-            mean = made.picture.mean() / everywhere(scene, found["Paper" if way == "Paper" else "Standard"]) - 1
+            mean = made.picture.mean() / true_mean - 1
             rows.append((scene, way, *_ratios(made, like), f"{mean:+.2%}", *_below(made)))
             exact += [(*_ratios(made, like), mean)] * (way == "Standard")
     show_table("ordinary", HEADS, rows)

@@ -3,8 +3,6 @@
 Each kind has two materials, "a" and "b", of different parameters: constants of a method are chosen on the one and
 judged on the other. A `Truth` has the `evaluate` of a model, so that a fit can be compared with it everywhere.
 `neural` adds the trained nets of the MERL and RGL materials as truths.
-
-    python -m support.truths        lists them
 """
 
 from dataclasses import dataclass
@@ -216,11 +214,3 @@ def _rusinkiewicz(theta_i, phi_i, theta_o, phi_o):
     x, y = np.cos(phi_h) * x + np.sin(phi_h) * y, np.cos(phi_h) * y - np.sin(phi_h) * x
     x, z = np.cos(theta_h) * x - np.sin(theta_h) * z, np.sin(theta_h) * x + np.cos(theta_h) * z
     return np.stack([np.sin(theta_h), 0 * theta_h, np.cos(theta_h), x, y, z], axis=-1)
-
-
-if __name__ == "__main__":
-    for name, truth in TRUTHS.items():
-        for instrument in INSTRUMENTS:
-            samples = truth.measured(instrument)
-            print(f"{name:16} {instrument:12} {len(samples):6} samples, {samples.values.min():9.4f} "
-                  f"to {samples.values.max():9.3f} / sr")

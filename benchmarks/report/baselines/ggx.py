@@ -82,17 +82,7 @@ class GGX:
 
 
 def fit(samples: Samples) -> GGX:
-    """Fit samples by least squares of cube roots, from several starts.
-
-    Parameters
-    ----------
-    samples : Samples
-
-    Returns
-    -------
-    GGX
-        The fit with the smallest error of `cube_root` at the samples.
-    """
+    """Least squares of cube roots from several starts, of which the best at the samples is taken."""
     at = _by_channel(geometry(*samples.directions))
     target = cube_root(samples.theta_o, samples.values)
     channels = samples.values.shape[1]

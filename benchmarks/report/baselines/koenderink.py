@@ -51,15 +51,6 @@ class Koenderink:
 def fit(samples: Samples, order: int = ORDER) -> Koenderink:
     """Fit samples by linear least squares.
 
-    Parameters
-    ----------
-    samples : Samples
-    order : int
-
-    Returns
-    -------
-    Koenderink
-
     Examples
     --------
     A Lambertian is the first mode alone.

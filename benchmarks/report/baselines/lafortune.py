@@ -81,18 +81,7 @@ class Lafortune:
 
 
 def fit(samples: Samples, lobes: int = LOBES) -> Lafortune:
-    """Fit each channel of samples by Levenberg-Marquardt from several starts.
-
-    Parameters
-    ----------
-    samples : Samples
-    lobes : int, 1 to 3
-
-    Returns
-    -------
-    Lafortune
-        The fit with the smallest RMSE at the samples.
-    """
+    """Each channel by Levenberg-Marquardt from several starts, with 1 to 3 lobes; the fit of the smallest RMSE."""
     xy, z = _products(*samples.directions)
     best = np.stack([_fit_channel(xy, z, values, lobes) for values in samples.values.T], axis=-1)
     return Lafortune(best[0] * np.pi, _unpack(best[1:]), ceiling(samples.values))

@@ -89,16 +89,7 @@ class Neural:
 
 
 def fit(samples: Samples) -> Neural:
-    """Train networks on samples, all of them at once, and keep the best.
-
-    Parameters
-    ----------
-    samples : Samples
-
-    Returns
-    -------
-    Neural
-    """
+    """Train networks on samples, all of them at once, and keep the best."""
     random = np.random.default_rng(_SEED)
     unseen = folds(len(samples), INNER_FOLDS, _SEED)[0]
     seen = np.setdiff1d(np.arange(len(samples)), unseen)
@@ -129,23 +120,10 @@ def fit(samples: Samples) -> Neural:
 
 
 def published(path: str | Path, name: str) -> Neural:
-    """One of the networks that the authors published, for the materials of MERL and of RGL.
+    """One of the networks that the authors published, for the materials of MERL and of RGL: without a ceiling.
 
-    Parameters
-    ----------
-    path : path-like
-        An .npz of `names` (n,) and `weights` (n, 675): for each layer its weights, row by row, and its biases.
-    name : str
-
-    Returns
-    -------
-    Neural
-        Without a ceiling.
-
-    Raises
-    ------
-    ValueError
-        If there is no network of this name.
+    The file is an .npz of `names` (n,) and `weights` (n, 675): for each layer its weights, row by row, and its biases.
+    Raises ValueError if there is no network of this name.
     """
     with np.load(path) as networks:
         names = [str(each) for each in networks["names"]]
@@ -161,15 +139,7 @@ def published(path: str | Path, name: str) -> Neural:
 def half_and_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
     """The half and the difference vector, turned to azimuth 0 of h; of two mirror images that with d_y >= 0.
 
-    Parameters
-    ----------
-    theta_i, phi_i, theta_o, phi_o : array_like, broadcast to (...)
-        Radians.
-
-    Returns
-    -------
-    (..., 6) float64
-        h and d.
+    Angles broadcast to (...), radians, to h and d, (..., 6) float64.
 
     Examples
     --------

@@ -88,14 +88,6 @@ class ThinPlate:
 def fit(samples: Samples) -> ThinPlate:
     """Fit all channels of samples, with the smoothing that predicts best.
 
-    Parameters
-    ----------
-    samples : Samples
-
-    Returns
-    -------
-    ThinPlate
-
     Examples
     --------
     The spline of a surface that reflects the same everywhere does.
