@@ -126,7 +126,6 @@ def _measured(name, material):
 
 
 def main():
-    """Print a row for each scene."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.black_pixels", description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", nargs="*", default=[""], help="only those whose names contain one of these")
     chosen = parser.parse_args().scenes

@@ -65,13 +65,8 @@ _EXPOSURE = 1.2
 
 
 def materials(published=None):
-    """What is offered: by name, a function that returns a fit.
-
-    Parameters
-    ----------
-    published : int, optional
-        How many of the starter library, at even distances in its list; all by default.
-    """
+    """What is offered: by name, a function that returns a fit; of the starter library so many, at even distances in its
+    list."""
     found = {}
     names = [each.name for each in list_offered()]
     for name in names[::max(len(names) // published, 1)] if published else names:
@@ -105,20 +100,12 @@ def _edited(fit, arguments):
 
 @dataclass(frozen=True)
 class Tile:
-    """A picture of SAMPLES samples, and how many pixels of it are conspicuous.
+    """A picture of SAMPLES samples, and how many pixels of it are conspicuous."""
 
-    Attributes
-    ----------
-    picture : (SIZE, SIZE, 3)
-        Scene-linear.
-    dark, bright, below : int
-        Pixels darker than DARK of their surroundings, brighter than BRIGHT times them, below zero.
-    """
-
-    picture: np.ndarray
-    dark: int
-    bright: int
-    below: int
+    picture: np.ndarray         # (SIZE, SIZE, 3), scene-linear
+    dark: int                   # pixels darker than DARK of their surroundings
+    bright: int                 # brighter than BRIGHT times them
+    below: int                  # below zero
 
 
 def tile(picture):

@@ -109,7 +109,6 @@ def row(name, sample, how):
 
 
 def main(coin):
-    """Print the table."""
     ball_files.add_openimageio()
     found = []
     with tempfile.TemporaryDirectory() as folder:

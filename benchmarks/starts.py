@@ -81,7 +81,6 @@ def animation(made):
 
 
 def main(counts):
-    """Print the tables."""
     extension = checkout.extension()
     extension.register()
     ball_files.add_openimageio()

@@ -21,7 +21,6 @@ def factor(scattered: float, index: float) -> float:
 
 
 def main() -> None:
-    """Print the table."""
     for index in subsurface.INDICES_OF_FACTOR:
         row = [factor(1 - absorbed ** 2, index) for absorbed in subsurface.ABSORBED]
         print(f"    [{', '.join(f'{each:.3f}' for each in row)}],", flush=True)

@@ -6,6 +6,7 @@ parameters: constants of a method are chosen on the one and judged on the other.
 
 import numpy as np
 
+from fitter.arrays import unit_vectors
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 from fitter.lattice import dense
 from fitter.model.fit import Fit
@@ -18,8 +19,7 @@ from .truths import Truth
 
 def vectors(theta_i, phi_i, theta_o, phi_o):
     """Unit vectors of pairs of directions (n,): two (n, 3)."""
-    return [np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-            for theta, phi in ((theta_i, phi_i), (theta_o, phi_o))]
+    return unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
 
 
 def turned(w, angle):

@@ -21,16 +21,9 @@ SATIN = Truth("satin", "satin", woven(([0.42, 0.11, 0.135], 0.0, np.radians(3), 
 
 
 def write(path, truth, count=24, turn=2 * np.pi, directions=None):
-    """Write a table of what an instrument measures of a truth at several rotations, with noise. Returns its path.
+    """Write a table of what an instrument measures of a truth, with noise: its path.
 
-    Parameters
-    ----------
-    path : Path
-    truth : truths.Truth
-    count, turn : int, float
-        Rotations, and the angle that they divide, as `anisotropic.rotations` takes them.
-    directions : four (n,), optional
-        Instead of those of `rotations`, radians.
+    Directions are four (n,), radians, by default those of `anisotropic.rotations`, which divide an angle by a count.
     """
     directions = rotations(count, turn) if directions is None else directions
     values = truth.evaluate(*directions)

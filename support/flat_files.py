@@ -29,13 +29,7 @@ def description(names, lamps, *, camera="", sample="", scale="", top="", size=SI
 
 
 def write(folder, sample, lamps, size=SIZE, noise=0.01, **how):
-    """Write photographs of a sample under lamps, and their description.
-
-    Returns
-    -------
-    Path
-        Of the description, `setup.toml`.
-    """
+    """Write photographs of a sample under lamps, and their description: its path."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     names = [f"lamp{number}.exr" for number in range(1, len(lamps) + 1)]

@@ -42,7 +42,6 @@ def black_scene(width, height, samples, span):
 
 
 def background(scene, strength, color=(1, 1, 1)):
-    """An even world."""
     inputs = scene.world.node_tree.nodes["Background"].inputs
     inputs["Strength"].default_value = strength
     inputs["Color"].default_value = (*color, 1)
@@ -63,7 +62,6 @@ def sky_image(radiance):
 
 
 def add(data, location=(0, 0, 0), rotation=(0, 0, 0)):
-    """An object in the scene."""
     item = bpy.data.objects.new(data.name, data)
     item.location, item.rotation_euler = location, rotation
     bpy.context.scene.collection.objects.link(item)
@@ -71,7 +69,6 @@ def add(data, location=(0, 0, 0), rotation=(0, 0, 0)):
 
 
 def add_lamp(kind, energy, location=(0, 0, 0), rotation=(0, 0, 0), **settings):
-    """A lamp in the scene."""
     data = bpy.data.lights.new(kind.title(), kind)
     data.energy = energy
     for name, value in settings.items():

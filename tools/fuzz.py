@@ -251,16 +251,8 @@ def case(files, number):
 
 def check(content, path):
     """Read a case with `fitter.load`, with options too, by the command line and as the panel does, fit it, bake some
-    fits, and raise AssertionError where it breaks a promise.
-
-    Returns
-    -------
-    outcome : str
-        "refused" or "read".
-    seconds : float
-    memory : float
-        Times the file, beyond what any file takes.
-    """
+    fits, and raise AssertionError where it breaks a promise: "refused" or "read", seconds, and memory, times the file,
+    beyond what any file takes."""
     path.write_bytes(content)
     samples, message, seconds, memory = _measured(fitter.load, path, content, _OVERHEAD)
     assert str(path) in message, f"the message does not name the file: {message}"

@@ -27,19 +27,9 @@ def exposure(truth):
 
 
 def errors(truth, found, inside):
-    """Errors of a picture.
+    """psnr (infinite for equal pictures), mae, flip and delta_e_itp of a picture against the truth, over pixels inside.
 
-    Parameters
-    ----------
-    truth, found : (height, width, 3)
-        Scene-linear; exposed as the truth is.
-    inside : (height, width) bool
-        The pixels that count.
-
-    Returns
-    -------
-    dict
-        psnr (infinite for equal pictures), mae, flip and delta_e_itp.
+    Both are scene-linear, (height, width, 3), and are exposed as the truth is.
     """
     scale = exposure(truth[inside])
     shown = [srgb(scale * of) for of in (truth, found)]

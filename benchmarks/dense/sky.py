@@ -35,13 +35,8 @@ _LOWEST = 0.01              # cosine from the zenith: the model ends at the hori
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """An image of all directions.
-
-    Attributes
-    ----------
-    radiance : (rows, 2 rows, 3) float64
-        Rows from the zenith to the nadir, even in the polar angle; columns even in the azimuth from x towards z.
-    """
+    """An image of all directions, (rows, 2 rows, 3): rows from the zenith to the nadir, even in the polar angle, and
+    columns even in the azimuth from x towards z."""
 
     radiance: np.ndarray
 

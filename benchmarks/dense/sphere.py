@@ -30,26 +30,14 @@ _SEED = 2021
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """All that does not depend on the material.
+    """All that does not depend on the material. Angles are about the pixel's normal, radians; phi_i is 0."""
 
-    Attributes
-    ----------
-    inside : (size, size) bool
-        Where the sphere is; the bottom row first.
-    pixel : (n,) int
-        Of each direction to the light, the pixel among those inside.
-    theta_i, theta_o, phi_o : (n,) float64
-        About the pixel's normal, radians; phi_i is 0.
-    weight : (n, 3) float64
-        radiance cos theta_i / p, so that the picture is the sum of f times this.
-    """
-
-    inside: np.ndarray
-    pixel: np.ndarray
-    theta_i: np.ndarray
+    inside: np.ndarray          # (size, size) bool: where the sphere is; the bottom row first
+    pixel: np.ndarray           # (n,) int: of each direction to the light, the pixel among those inside
+    theta_i: np.ndarray         # (n,)
     theta_o: np.ndarray
     phi_o: np.ndarray
-    weight: np.ndarray
+    weight: np.ndarray          # (n, 3): radiance cos theta_i / p, so that the picture is the sum of f times this
 
 
 @cache

@@ -30,32 +30,17 @@ _MEASURED = (*FITS, "benchmarks/report/baselines", "benchmarks/report/methods.py
 
 @dataclass(frozen=True)
 class Bench:
-    """Things that are judged alike, and what is shown of it.
+    """Things that are judged alike, and what is shown of it. Other processes can import the functions."""
 
-    Attributes
-    ----------
-    name, things : str
-        Of its package and its folder in `build`; and of what it judges, in results.json: "sets".
-    judge, is_whole : callable
-        Of a thing and a folder: its record, with a name, and files beside; of a record and a folder: whether its files
-        are there. Other processes can import them.
-    rows, error : str
-        The entry of a record that has a row for each model, and the error that is told of each row.
-    show, draw : callable
-        Of the results: prints the tables; of the results and their folder: draws pictures into it.
-    measured : tuple of str
-        Files and folders that the numbers depend on, beside the fitter's.
-    """
-
-    name: str
-    things: str
-    judge: Callable
-    is_whole: Callable
-    rows: str
-    error: str
-    show: Callable
-    draw: Callable
-    measured: tuple[str, ...]
+    name: str                   # of its package and its folder in `build`
+    things: str                 # of what it judges, in results.json: "sets"
+    judge: Callable             # of a thing and a folder: its record, with a name, and files beside
+    is_whole: Callable          # of a record and a folder: whether its files are there
+    rows: str                   # the entry of a record that has a row for each model
+    error: str                  # the error that is told of each row
+    show: Callable              # of the results: prints the tables
+    draw: Callable              # of the results and their folder: draws pictures into it
+    measured: tuple[str, ...]   # files and folders that the numbers depend on, beside the fitter's
 
 
 def parser(bench, description):

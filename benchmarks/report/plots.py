@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 from matplotlib import pyplot
@@ -43,20 +42,10 @@ def rows_of(results: Results, key: str, material: str, source: str) -> dict[str,
     return {row["method"]: row for row in results[key] if (row["material"], row["source"]) == (material, source)}
 
 
-def panels(count: int, columns: int, size: tuple[float, float]) -> tuple[Figure, Any]:
-    """A figure with `count` panels of a size in inches, at most `columns` in a row, and its axes (rows, columns)."""
-    columns = min(count, columns)
-    rows = -(-count // columns)
-    figure, axes = pyplot.subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
-                                   constrained_layout=True)
-    for axis in axes.ravel()[count:]:
-        axis.set_axis_off()
-    return figure, axes
-
-
 def _errors(results: Results) -> Figure:
     """Errors against level, and those of the baselines as horizontal lines: the paper's Figure 1."""
-    figure, axes = panels(len(METRICS) * len(results["featured"]), len(METRICS), (4, 2.5))
+    figure, axes = pyplot.subplots(len(results["featured"]), len(METRICS), squeeze=False, constrained_layout=True,
+                                   figsize=(4 * len(METRICS), 2.5 * len(results["featured"])))
     levels = results["levels"]
     for line, (name, source) in zip(axes, results["featured"], strict=True):
         methods = rows_of(results, "errors", name, source)

@@ -40,15 +40,6 @@ _STARTS = (
 class Lafortune:
     """A fitted model.
 
-    Attributes
-    ----------
-    rho : (channels,) float64
-        Diffuse albedo.
-    lobes : (lobes, 3, channels) float64
-        Cxy, Cz and n of each lobe.
-    ceiling : (channels,) float64, or float
-        The largest value, 1/sr; that of `bounds.ceiling` in a fit, far above any reflectance in a published model.
-
     Examples
     --------
     A mirror-like lobe, Cxy = -1 and Cz = 1, is the n-th power of the cosine between o and the mirror direction of i.
@@ -58,9 +49,9 @@ class Lafortune:
     ([1.0, 0.400984], 0.400984)
     """
 
-    rho: FloatArray
-    lobes: FloatArray
-    ceiling: FloatArray | float = LARGEST_VALUE
+    rho: FloatArray         # (channels,), diffuse albedo
+    lobes: FloatArray       # (lobes, 3, channels): Cxy, Cz and n of each
+    ceiling: FloatArray | float = LARGEST_VALUE         # (channels,), the largest value, 1/sr
 
     @property
     def coefficient_count(self) -> int:

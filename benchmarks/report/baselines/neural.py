@@ -48,15 +48,6 @@ _TILTED = 1e-4              # sin theta_h, below which d has no azimuth and is g
 class Neural:
     """A fitted model.
 
-    Attributes
-    ----------
-    weights : tuple of (inputs, outputs) float32
-        Of each layer.
-    biases : tuple of (outputs,) float32
-        Of each layer.
-    ceiling : (channels,) float64, or float
-        The largest value, 1/sr.
-
     Examples
     --------
     With three channels there are 675 weights. A network of zeros reflects exp(b3) - 1 everywhere.
@@ -68,9 +59,9 @@ class Neural:
     (675, [0.1, 0.2, 0.3])
     """
 
-    weights: tuple[SingleArray, ...]
-    biases: tuple[SingleArray, ...]
-    ceiling: FloatArray | float = LARGEST_VALUE
+    weights: tuple[SingleArray, ...]                # (inputs, outputs) of each layer
+    biases: tuple[SingleArray, ...]                 # (outputs,)
+    ceiling: FloatArray | float = LARGEST_VALUE     # (channels,), the largest value, 1/sr
 
     @property
     def coefficient_count(self) -> int:
@@ -168,19 +159,9 @@ def gradient(parameters: list[SingleArray], x: SingleArray, cos_i: SingleArray,
              target: SingleArray) -> list[SingleArray]:
     """The gradient of the loss of each network: the mean absolute difference of log(1 + f cos theta_i).
 
-    Parameters
-    ----------
-    parameters : list of (networks, inputs, outputs) and (networks, 1, outputs) arrays
-        Weights and biases of the layers, in turn.
-    x : (n, 6) array
-        Of `half_and_difference`.
-    cos_i : (n, 1) array
-    target : (n, channels) array
-        log(1 + f cos theta_i) of the samples.
-
-    Returns
-    -------
-    list of arrays like `parameters`
+    Parameters are weights, (networks, inputs, outputs), and biases, (networks, 1, outputs), of the layers in turn; x,
+    (n, 6), is of `half_and_difference`, cos_i is (n, 1), and the target log(1 + f cos theta_i) of the samples,
+    (n, channels).
     """
     weights, biases = parameters[::2], parameters[1::2]
     *inputs, last = _forward(weights, biases, x)
