@@ -7,6 +7,7 @@ import pytest
 
 import fitter
 from benchmarks.report.baselines import ggx, koenderink, lafortune, neural, thin_plate
+from fitter.arrays import unit_vectors
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.model import published
 from fitter.model.low2012 import Low2012
@@ -55,8 +56,7 @@ def test_one_lafortune_lobe_over_a_lambertian_is_recovered(random, lobe):
 def test_lafortune_evaluates_the_formula_with_vectors(random):
     model = lafortune.Lafortune(np.array([0.3, 0.6]), random.random((3, 3, 2)) * [[[2], [2], [9]]] - [[[1], [1], [0]]])
     theta_i, phi_i, theta_o, phi_o = 0.7, 0.3, 1.1, 2.5
-    i, o = (np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
-            for t, p in ((theta_i, phi_i), (theta_o, phi_o)))
+    i, o = unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
     expected = [model.rho[c] / np.pi + sum(max(xy * (i[0] * o[0] + i[1] * o[1]) + z * i[2] * o[2], 0) ** n
                                            for xy, z, n in model.lobes[:, :, c]) for c in range(2)]
     np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-12)
@@ -97,8 +97,7 @@ def test_three_lobes_fit_cayman_at_least_as_well_as_the_reference(data, cornell)
 
 def ggx_with_vectors(kd, f0, alpha, theta_i, theta_o, delta):
     """The model of one channel at one pair of directions, with Heitz's Lambda in the place of the visibility."""
-    i = np.array([np.sin(theta_i), 0, np.cos(theta_i)])
-    o = np.array([np.sin(theta_o) * np.cos(delta), np.sin(theta_o) * np.sin(delta), np.cos(theta_o)])
+    i, o = unit_vectors(theta_i, 0), unit_vectors(theta_o, delta)
     h = (i + o) / np.linalg.norm(i + o)
     d = alpha**2 / (np.pi * ((alpha**2 - 1) * h[2]**2 + 1)**2)
     shadow_i, shadow_o = (-0.5 + 0.5 * np.sqrt(1 + (alpha * np.tan(theta))**2) for theta in (theta_i, theta_o))
@@ -154,8 +153,7 @@ def test_a_thin_plate_spline_is_the_sum_of_its_kernels(random):
 
 def neural_by_hand(model, theta_i, phi_i, theta_o, phi_o):
     """The network at one pair of directions: rotations as matrices, and sums as loops."""
-    i, o = (np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
-            for t, p in ((theta_i, phi_i), (theta_o, phi_o)))
+    i, o = unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
     h = (i + o) / np.linalg.norm(i + o)
     theta_h, phi_h = np.arccos(h[2]), np.arctan2(h[1], h[0])
     about_z = np.array([[np.cos(phi_h), np.sin(phi_h), 0], [-np.sin(phi_h), np.cos(phi_h), 0], [0, 0, 1]])

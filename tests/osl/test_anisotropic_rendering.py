@@ -16,7 +16,7 @@ from support.spheres import normals, radial, turned_tangents
 
 from . import test_rendering
 from .test_rendering import SIZE, TOWARD, agree, mean_colour, on_the_sphere, reflected_by_sphere, sphere_scene
-from .test_shader_guards import plane
+from .test_shader_guards import leaning, plane
 
 SAMPLES = {"world": 256, "area lamp": 192}
 FITS = {"brushed": brushed_fit(), "half a turn changes it": MADE_FITS["anisotropic Rusinkiewicz"]}
@@ -116,8 +116,7 @@ def test_a_plane_is_turned_as_its_tangent_and_its_rotation_say(blender, tangent,
     fit = brushed_fit()
     scene = tangent_plane(fit, tangent, rotation)
     theta, phi = math.radians(35), math.radians(20)
-    toward = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
-    stage.add_lamp("SUN", 1, rotation=stage.rotation_toward(toward), angle=0)
+    stage.add_lamp("SUN", 1, rotation=stage.rotation_toward(leaning(35, 20)), angle=0)
     expected = fit.evaluate(theta, phi - math.radians(azimuth), 0.0, 0.0) * math.cos(theta)
     assert mean_colour(scene) == pytest.approx(expected, rel=0.003)
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.arrays import unit_vectors
 from fitter.cycles import node_mixture
 from fitter.cycles.bake import bake
 from support.anisotropic import ANISOTROPIC, brushed_fit
@@ -48,13 +49,12 @@ def viewers(mixture):
     """Viewing directions: of an isotropic fit in the plane of x, and of others beside the normal, which has none."""
     isotropic = mixture.turn is None
     theta, phi = (ANGLES, 0 * ANGLES) if isotropic else (np.maximum(ANGLES, 1e-3), AZIMUTHS)
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
+    return unit_vectors(theta, phi)
 
 
 def lowered(wo, angle):
     """A viewing direction farther from the normal by an angle."""
-    theta, phi = np.arccos(wo[2]) + angle, np.arctan2(wo[1], wo[0])
-    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    return unit_vectors(np.arccos(wo[2]) + angle, np.arctan2(wo[1], wo[0]))
 
 
 def anywhere(random, count):

@@ -2,12 +2,10 @@
 
 import json
 import math
-import subprocess
-import sys
 
 import pytest
 
-from support.checkout import ROOT
+from support.checkout import run_python
 from support.stage import add_lamp, add_sphere, black_scene, render
 from tools import fuzz
 
@@ -37,8 +35,7 @@ def measured_sphere(blender, folder):
 def mean_elsewhere(blender, folder, *frame):
     """The mean colour of the scene, saved, as a Blender without the extension renders it."""
     blender.ops.wm.save_as_mainfile(filepath=str(folder / "scene.blend"))
-    done = subprocess.run([sys.executable, "-c", RENDER, folder / "scene.blend", *frame], cwd=ROOT,
-                          capture_output=True, text=True, check=False, timeout=120)
+    done = run_python("-c", RENDER, folder / "scene.blend", *frame)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 

@@ -15,11 +15,11 @@ from fitter.methods.presets import PRESETS
 from fitter.model.microfacet import MAX_PRIOR_LOBES
 from support.checkout import ROOT
 
-from .test_docs import NOT_OURS, PATH, files, named_in
+from . import test_docs
+from .test_docs import NOT_OURS, PATH, files, named_in, without_blocks
 from .test_layers import LAYERS, imports
 
-PAGES = {path.relative_to(ROOT).as_posix(): path.read_text("utf-8")
-         for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md"))}
+PAGES = {path.relative_to(ROOT).as_posix(): path.read_text("utf-8") for path in test_docs.PAGES}
 MANUAL = [page for page in PAGES if page in ("README.md", "docs/start.md", "docs/manual.md", "docs/formats.md")
           or page.startswith("docs/manual/")]
 CYCLES = {"docs/devices.md"}                # names what is in the sources of Cycles and Blender
@@ -38,14 +38,9 @@ EMPHASISED = {"published fits, not measurements", "exactly", "Untested", "The sp
               "Do not mix it with a Principled BSDF, Glass or another measured material there"}
 
 
-def without_code(text):
-    return re.sub(r"^```.*?^```$|^ {4}.*$", "", text, flags=re.DOTALL | re.MULTILINE)
-
-
 def blocks(text):
     """Paragraphs, items of lists and rows of tables, each of which names files and what is in them."""
-    return re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )|\n(?=\|)", re.sub(r"^```.*?^```$", "", text,
-                                                                         flags=re.DOTALL | re.MULTILINE))
+    return re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )|\n(?=\|)", without_blocks(text))
 
 
 @cache
@@ -214,7 +209,7 @@ def labels():
 
 def unknown_labels(text):
     """The words in bold, and the steps of a way through menus (A > B), that neither we nor Blender have."""
-    text = without_code(text)
+    text = re.sub(r"^ {4}.*$", "", without_blocks(text), flags=re.MULTILINE)
     known = {label.strip() for label in labels() | BLENDERS_OWN}
     folded = {label.casefold() for label in known}
     bold = {" ".join(words.split()) for words in re.findall(r"\*\*([^*]+)\*\*", text)} - EMPHASISED
