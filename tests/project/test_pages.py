@@ -31,7 +31,8 @@ BLENDER = {"bpy", "blf", "bmesh", "bpy_extras", "gpu", "gpu_extras", "mathutils"
 # names in Blender that the manual leads through, and words in bold that are no names
 BLENDERS_OWN = {"File", "Import", "Edit", "Preferences", "Get Extensions", "the arrow at the top right", "Add-ons",
                 "Install from Disk", "Properties", "Material", "Image", "Save As", "F3", "Shift+A", "Color Management",
-                "Render properties", "Light", "Light Paths", "Filter Glossy", "External Data"}
+                "Render properties", "Light", "Light Paths", "Filter Glossy", "External Data", "Unpack Resources",
+                "Bake"}
 EMPHASISED = {"published fits, not measurements", "exactly", "Untested", "The sphere", "The curves", "The numbers",
               "The lobe", "The normal", "The plot", "Documentation", "Known limits.", "Files", "Materials", "Looking",
               "Editing", "Light", "Engines", "Reuse",
@@ -212,7 +213,8 @@ def unknown_labels(text):
     text = re.sub(r"^ {4}.*$", "", without_blocks(text), flags=re.MULTILINE)
     known = {label.strip() for label in labels() | BLENDERS_OWN}
     folded = {label.casefold() for label in known}
-    bold = {" ".join(words.split()) for words in re.findall(r"\*\*([^*]+)\*\*", text)} - EMPHASISED
+    bold = {" ".join(step.split()) for words in re.findall(r"\*\*([^*]+)\*\*", text)
+            for step in words.split(" > ")} - EMPHASISED
     unknown = {words for words in bold if words.removesuffix("...").casefold() not in folded}
     flat = " ".join(re.sub(r"\*\*|`", "", text).split())
     for sign in re.finditer(r" > ", flat):
@@ -232,5 +234,5 @@ def test_the_manual_names_what_the_interface_has(page):
 
 def test_a_label_that_the_interface_lacks_is_noticed():
     assert unknown_labels("**Enable OSL**, **exactly**, File > Import > Measured BRDFs (folder).") == set()
-    assert unknown_labels("Press **Enable OSL2**.") == {"Enable OSL2"}
+    assert unknown_labels("    code\n\nPress **Enable OSL2**.") == {"Enable OSL2"}
     assert unknown_labels("File > Import > Measured BRDF (CURET, pbrt-v2) reads") == {"Measured BRDF (CURET, pbrt-v2)"}
