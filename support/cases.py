@@ -14,8 +14,5 @@ def quick(cases, *kept):
     unknown = [each for each in kept if not any(case is each or case == each for case in cases)]
     if unknown:
         raise ValueError(f"no such cases: {unknown}")
-    return [case if any(case is each or case == each for each in kept) else _for_releases(case) for case in cases]
-
-
-def _for_releases(case):
-    return pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=release)
+    return [case if any(case is each or case == each for each in kept)
+            else pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=release) for case in cases]

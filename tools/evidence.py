@@ -131,11 +131,6 @@ def written(page, bodies, known):
     return _BLOCK.sub(put, page)
 
 
-def pictured(page, patterns, known):
-    """docs/pictures.md with a new digest in the rows of some pictures."""
-    return _ROW.sub(lambda row: f"| `{row[1]}` | `{row[2]}` | {known} |" if row[1] in patterns else row[0], page)
-
-
 def stale():
     """The tables and pictures older than what they measure, with the names of their entries; and of how many."""
     stated = [(name, known) for page in PAGES for name, known in states(page.read_text("utf-8"))]
@@ -163,7 +158,9 @@ def make(name):
     for page in PAGES:
         text = page.read_text("utf-8")
         new = written(text, bodies, known)
-        new = pictured(new, entry.pictures, known) if page == PICTURES else new
+        if page == PICTURES:
+            new = _ROW.sub(lambda row: f"| `{row[1]}` | `{row[2]}` | {known} |" if row[1] in entry.pictures else row[0],
+                           new)
         if new != text:
             with replace_file(page, "w") as stream:
                 stream.write(new)

@@ -80,8 +80,11 @@ def main(bench, things, left_out, options):
             stream.flush()
             finished[record["name"]] = record
             left = (time.perf_counter() - start) / number * (len(wanted) - number)
-            print(f"[{before + number}/{len(things)}] {record['name']}: {_told(record[bench.rows], bench.error)}; "
-                  f"{record['seconds']:.0f} s, {left:.0f} s to go", file=sys.stderr, flush=True)
+            told = ", ".join(f"{name} " + ("failed" if "failed" in row else f"{row[bench.error]:.3g}")
+                             for name, row in record[bench.rows].items()
+                             if "failed" in row or row[bench.error] is not None)
+            print(f"[{before + number}/{len(things)}] {record['name']}: {told}; {record['seconds']:.0f} s, "
+                  f"{left:.0f} s to go", file=sys.stderr, flush=True)
     records = [finished[each.name] for each in things]
     results = {"code": code, "seconds": sum(record["seconds"] for record in records),
                "machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
@@ -146,8 +149,3 @@ def _judged(judge, out, code, thing):
     start = time.process_time()
     record = judge(thing, out)
     return record | {"seconds": time.process_time() - start, "code": code}
-
-
-def _told(rows, error):
-    return ", ".join(f"{name} " + ("failed" if "failed" in row else f"{row[error]:.3g}")
-                     for name, row in rows.items() if "failed" in row or row[error] is not None)

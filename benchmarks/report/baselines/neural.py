@@ -98,7 +98,8 @@ def fit(samples: Samples) -> Neural:
     kept = [array.copy() for array in parameters]
     for step in range(1, STEPS + 1):
         batch = next(batches)
-        adam.move(gradient(parameters, x[batch], cos_i[batch], target[batch]), _rate(step))
+        rate = RATE * (1 + np.cos(np.pi * step / STEPS)) / 2
+        adam.move(gradient(parameters, x[batch], cos_i[batch], target[batch]), rate)
         if step % _CHECK == 0:
             found = np.clip(_reflectance(_forward(parameters[::2], parameters[1::2], x[unseen])[-1]), 0, top)
             errors = np.array([np.mean((cube_root(samples.theta_o[unseen], one) - wanted) ** 2) for one in found])
@@ -225,7 +226,3 @@ def _batches(random: np.random.Generator, indices: IntArray) -> Iterator[IntArra
         shuffled = random.permutation(indices)
         size = min(BATCH, len(indices))
         yield from (shuffled[first:first + size] for first in range(0, len(shuffled) - size + 1, size))
-
-
-def _rate(step: int) -> float:
-    return RATE * (1 + np.cos(np.pi * step / STEPS)) / 2
