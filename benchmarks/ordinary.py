@@ -231,6 +231,15 @@ def principled_material(fit, name):
         "Coat Roughness": like.coat_roughness})
 
 
+def material_of(way, fit, nodes, name):
+    """A material that shows a fit by "Principled", the closest one, by "Nodes", or else exactly."""
+    if way == "Principled":
+        return principled_material(fit, name)
+    material = stage.material_for(fit, nodes)
+    stage.set_input(material, "Nodes", way == "Nodes")
+    return material
+
+
 def ways():
     """The ways of making materials: by name, a function of a material's name."""
     checkout.extension().register()
@@ -239,15 +248,8 @@ def ways():
                               else fitter.load(data / FILES[name][0], FILES[name][1]))
     fit = functools.cache(lambda name: fitter.fit(samples(name), **fitter.PRESETS["Standard"]))
     nodes = functools.cache(lambda name: node_mixtures(fit(name)))
-
-    def measured(name, by_nodes):
-        material = stage.material_for(fit(name), nodes(name))
-        stage.set_input(material, "Nodes", by_nodes)
-        return material
-
-    return {"Principled": lambda name: principled_material(fit(name), name),
-            "Standard": functools.partial(measured, by_nodes=False),
-            "Nodes": functools.partial(measured, by_nodes=True)}
+    return {way: lambda name, way=way: material_of(way, fit(name), nodes(name), name)
+            for way in ("Principled", "Standard", "Nodes")}
 
 
 def everywhere(scene, of):

@@ -14,7 +14,7 @@ from fitter.cycles import node_mixture
 from support import stage
 from support.anisotropic import brushed_fit
 from support.cases import quick, release
-from support.spheres import normals, radial, reflected, turned_tangents
+from support.spheres import normals, radial, turned_tangents
 
 SIZE, BLOCK = 48, 6
 NARROW = {"cayman"}             # highlights smaller than half a pixel
@@ -95,14 +95,6 @@ def test_with_osl_the_input_nodes_shows_the_same(blender, standard):
     scene, material = sphere(fit, osl=True)
     stage.set_input(material, "Nodes", True)
     np.testing.assert_allclose(stage.render(scene)[..., :3], without, atol=2e-3 * without.max())
-
-
-def test_with_osl_the_fit_itself_is_shown(blender, standard):
-    fit = standard("velvet")
-    scene, _ = sphere(fit, osl=True, samples=256)
-    n = normals(2 * SIZE)
-    truth = math.pi * reflected(fit, n, np.broadcast_to(TOWARD, n.shape)).sum(axis=0) / (2 * SIZE) ** 2
-    assert stage.render(scene)[..., :3].mean() == pytest.approx(truth.mean(), rel=0.01)
 
 
 def test_tint_and_strength_multiply(blender, standard):
