@@ -133,10 +133,9 @@ def studio(samples=SAMPLES):
     return scene
 
 
-def lamp(energy, location, target, size, size_y=None, color=(1, 1, 1)):
-    """A rectangular lamp that looks at a place."""
-    add_lamp("AREA", energy, location, rotation_toward(location, target), shape="RECTANGLE", size=size,
-             size_y=size_y or size, color=color)
+def lamp(energy, location, target, size, color=(1, 1, 1)):
+    """A square lamp that looks at a place."""
+    add_lamp("AREA", energy, location, rotation_toward(location, target), shape="SQUARE", size=size, color=color)
 
 
 def brushed_pan(samples=SAMPLES, choices=STANDARD):

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import fitter
 from fitter.cycles import node_mixture
 from fitter.methods.editing import edited
 from support.cases import quick
@@ -14,9 +13,8 @@ from .test_rendering import LIGHTS, mean_colour, sphere_scene
 
 
 @pytest.fixture(scope="module")
-def fits(curet, cornell):
-    return {"felt": fitter.fit(curet("felt"), **fitter.PRESETS["Standard"]),
-            "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])}
+def fits(standard):
+    return {"felt": standard("felt"), "krylon": standard("krylon_blue_RGB")}
 
 
 @pytest.mark.parametrize(("material", "edit", "light"), quick([

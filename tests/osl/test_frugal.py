@@ -19,9 +19,8 @@ from .test_shader_guards import leaning, plane
 
 
 @pytest.fixture(scope="module")
-def fits(curet, cornell):
-    return {"foil": fitter.fit(curet("aluminum foil")),
-            "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])}
+def fits(curet, standard):
+    return {"foil": fitter.fit(curet("aluminum foil")), "krylon": standard("krylon_blue_RGB")}
 
 
 @pytest.fixture

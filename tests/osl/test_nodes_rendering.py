@@ -9,7 +9,6 @@ import math
 import numpy as np
 import pytest
 
-import fitter
 from fitter.cycles import node_mixture
 from support import stage
 from support.anisotropic import brushed_fit
@@ -21,19 +20,6 @@ NARROW = {"cayman"}             # highlights smaller than half a pixel
 ANGLE = math.radians(50)
 TOWARD = np.array([-math.sin(ANGLE), 0, math.cos(ANGLE)])
 MATERIALS = ("velvet", "aluminum foil", "felt", "krylon_blue_RGB", "cayman")
-
-
-@pytest.fixture(scope="module")
-def standard(curet, cornell):
-    """Fits of real materials, by name."""
-    known = {}
-
-    def fit(name):
-        if name not in known:
-            samples = cornell(name) if name in ("krylon_blue_RGB", "cayman") else curet(name)
-            known[name] = fitter.fit(samples, **fitter.PRESETS["Standard"])
-        return known[name]
-    return fit
 
 
 def sphere(fit, osl=False, samples=64):
@@ -52,7 +38,7 @@ def blocks(picture):
     return picture.reshape(SIZE // BLOCK, BLOCK, SIZE // BLOCK, BLOCK, -1).mean(axis=(1, 3))
 
 
-def integral(mixture, tint=1.0, turn=None, finer=2):
+def integral(mixture, turn=None, finer=2):
     """The picture of a unit sphere under the sun: means over blocks of pixels, each of which has finer^2 points."""
     resolution = finer * SIZE
     n = normals(resolution)
@@ -69,7 +55,7 @@ def integral(mixture, tint=1.0, turn=None, finer=2):
     picture[on_it] = values
     picture = picture[::-1].reshape(SIZE, finer, SIZE, finer, -1).mean(axis=(1, 3))
     # a sun of pi W / m2 has an irradiance of pi
-    return np.broadcast_to(math.pi * tint * blocks(picture), (SIZE // BLOCK, SIZE // BLOCK, 3))
+    return np.broadcast_to(math.pi * blocks(picture), (SIZE // BLOCK, SIZE // BLOCK, 3))
 
 
 def assert_close(found, expected, within=0.03):

@@ -166,10 +166,10 @@ def test_a_lamp_that_is_half_hidden_is_reflected_from_the_half_that_is_seen(blen
 
 
 @pytest.mark.parametrize("seed", quick(range(4), 2))
-def test_nothing_is_subtracted_under_even_light_and_small_lamps(blender, foil, cornell, seed):
+def test_nothing_is_subtracted_under_even_light_and_small_lamps(blender, foil, standard, seed):
     """But where a sampled direction spreads: one in the skirt of a lobe takes its share away, and 1e-14 of the mean at
     the lamp beside it, which krylon's red hardly has more of."""
-    for fit in (foil, fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])):
+    for fit in (foil, standard("krylon_blue_RGB")):
         scene = stage.black_scene(64, 64, 4, span=2)
         scene.cycles.seed = seed
         stage.add_sphere().data.materials.append(stage.osl_material_for(fit))
