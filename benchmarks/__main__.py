@@ -63,7 +63,6 @@ def fitting():
 
 
 def main():
-    """Print all tables."""
     fitting()
     for module in ("ordinary", "starts"):
         subprocess.run([sys.executable, "-m", f"benchmarks.{module}"], check=True)

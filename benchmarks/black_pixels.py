@@ -18,7 +18,7 @@ from fitter.cycles.node_mixture import node_mixtures
 from support import ball_files, checkout, stage
 from support.evidence import show, show_table
 
-from .ordinary import FILES, area, principled_material
+from .ordinary import FILES, area, material_of
 
 SIZE, SAMPLES, FEWER = 160, 128, 32
 BELOW = -0.02               # of the mean
@@ -38,10 +38,7 @@ def lit_mesh():
     """A square that shines, which is no lamp."""
     place = -3, -3, 3
     bpy.ops.mesh.primitive_plane_add(size=1, location=place, rotation=stage.rotation_toward(place))
-    lit, shader, surface = stage.blank_material("Lit", "ShaderNodeEmission")
-    shader.inputs["Strength"].default_value = 60
-    lit.node_tree.links.new(shader.outputs[0], surface)
-    bpy.context.object.data.materials.append(lit)
+    bpy.context.object.data.materials.append(stage.simple_material("Lit", "ShaderNodeEmission", {"Strength": 60}))
 
 
 def area_lamp():
@@ -107,14 +104,6 @@ def fitted(material):
     return fit, node_mixtures(fit)
 
 
-def _material(fit, nodes, way):
-    if way == "Principled":
-        return principled_material(fit, way)
-    material = stage.material_for(fit, nodes)
-    stage.set_input(material, "Nodes", way == "Nodes")
-    return material
-
-
 def _measured(name, material):
     """A picture, the noise of two and the time of a sample."""
     made = scene(name, material)
@@ -129,7 +118,6 @@ def _measured(name, material):
 
 
 def main():
-    """Print a row for each scene."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.black_pixels", description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", nargs="*", default=[""], help="only those whose names contain one of these")
     chosen = parser.parse_args().scenes
@@ -140,7 +128,7 @@ def main():
         fit, nodes = fitted(SCENES[name][1])
         found = {}
         for way in ("Exact", "Nodes", "Principled"):
-            found[way] = _measured(name, functools.partial(_material, fit, nodes, way))
+            found[way] = _measured(name, functools.partial(material_of, way, fit, nodes, way))
         picture, noise, seconds = found["Exact"]
         rows.append((name, below(picture), f"{picture.min() / picture.mean():.3f}", below(found["Nodes"][0]),
                      f"{picture.mean() / found['Nodes'][0].mean():.4f}", f"{noise / found['Principled'][1]:.2f}",

@@ -65,13 +65,8 @@ _EXPOSURE = 1.2
 
 
 def materials(published=None):
-    """What is offered: by name, a function that returns a fit.
-
-    Parameters
-    ----------
-    published : int, optional
-        How many of the starter library, at even distances in its list; all by default.
-    """
+    """What is offered: by name, a function that returns a fit; of the starter library so many, at even distances in its
+    list."""
     found = {}
     names = [each.name for each in list_offered()]
     for name in names[::max(len(names) // published, 1)] if published else names:
@@ -105,20 +100,12 @@ def _edited(fit, arguments):
 
 @dataclass(frozen=True)
 class Tile:
-    """A picture of SAMPLES samples, and how many pixels of it are conspicuous.
+    """A picture of SAMPLES samples, and how many pixels of it are conspicuous."""
 
-    Attributes
-    ----------
-    picture : (SIZE, SIZE, 3)
-        Scene-linear.
-    dark, bright, below : int
-        Pixels darker than DARK of their surroundings, brighter than BRIGHT times them, below zero.
-    """
-
-    picture: np.ndarray
-    dark: int
-    bright: int
-    below: int
+    picture: np.ndarray         # (SIZE, SIZE, 3), scene-linear
+    dark: int                   # pixels darker than DARK of their surroundings
+    bright: int                 # brighter than BRIGHT times them
+    below: int                  # below zero
 
 
 def tile(picture):
@@ -127,14 +114,14 @@ def tile(picture):
     return Tile(picture, int((over < DARK).sum()), int((over > BRIGHT).sum()), int((picture < 0).any(axis=-1).sum()))
 
 
-def tiles(fit, name, ways=WAYS):
-    """Render a fit each way: by way, (as it is, denoised), of EEVEE (as it is,)."""
+def tiles(fit, name):
+    """Render a fit in all WAYS: by way, (as it is, denoised), of EEVEE (as it is,)."""
     made = scene()
     measured = stage.material_for(fit, node_mixtures(fit))
     stage.add_eevee_output(measured)
     like = principled_material(fit, name)
     found = {}
-    for way in ways:
+    for way in WAYS:
         stage.set_input(measured, "Nodes", way == "Nodes")
         bpy.data.objects["Sphere"].data.materials.clear()
         bpy.data.objects["Sphere"].data.materials.append(like if way.startswith("Principled") else measured)
@@ -168,9 +155,7 @@ def scene():
     stage.background(made, 0.1, (0.7, 0.8, 1.0))
     three_lamps()
     bpy.ops.mesh.primitive_plane_add(size=40, location=(0, 0, -1))
-    grey, shader, surface = stage.blank_material("Floor", "ShaderNodeBsdfDiffuse")
-    shader.inputs["Color"].default_value = (0.25, 0.25, 0.25, 1)
-    grey.node_tree.links.new(shader.outputs[0], surface)
+    grey = stage.simple_material("Floor", "ShaderNodeBsdfDiffuse", {"Color": (0.25, 0.25, 0.25, 1)})
     bpy.context.object.data.materials.append(grey)
     stage.add_sphere()
     stage.look((0, -7, 2), (0, 0, -0.1), 95)

@@ -87,9 +87,8 @@ def pictures(fit, nodes, light):
 def compared(truth, *others):
     """Of each picture the difference of its mean to the true one's, and FLIP."""
     for other in others:
-        flip = image_errors.errors(truth[..., :3], other[..., :3], inside())["flip"]
         yield f"{other[..., :3].mean() / truth[..., :3].mean() - 1:+.1%}"
-        yield math.nan if flip is None else flip
+        yield image_errors.errors(truth[..., :3], other[..., :3], inside())["flip"]
 
 
 def main():

@@ -70,7 +70,6 @@ def resident():
 
 
 def main():
-    """Print the tables."""
     parser = argparse.ArgumentParser()
     parser.add_argument("texels", nargs="?", type=int, default=1024)
     parser.add_argument("--coin", type=Path, metavar="FOLDER", default=ROOT / "build" / "cointest")

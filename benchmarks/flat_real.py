@@ -73,11 +73,6 @@ def sets(coin):
         yield name, description(box, 50, f"[lamp]\npositions = '{(coin / 'output' / 'info.json').absolute()}'\n")
 
 
-def used_of(count, how):
-    """The numbers of the photographs that are used: half of them, or so many, evenly."""
-    return np.arange(0, count, 2) if how == "half" else np.round(np.linspace(0, count - 1, how)).astype(int)
-
-
 def errors(expected, values, good):
     """How far each photograph is from what is expected: (p,), of those that show anything."""
     off, size = (np.sqrt((each ** 2 * good[..., None]).sum(axis=(1, 2))) for each in (expected - values, values))
@@ -86,11 +81,12 @@ def errors(expected, values, good):
 
 
 def row(name, sample, how):
-    """The row of the table for a sample of which half is used, or so many photographs."""
+    """The row of the table for a sample of which half is used, or so many photographs, evenly."""
     frame = sample_frame(sample.corners, sample.photographs)
     seen = observe(sample.photographs, texel_points(sample.corners, sample.shape), frame[2])
-    used = used_of(len(sample.photographs), how)
-    other = np.setdiff1d(np.arange(len(sample.photographs)), used)
+    count = len(sample.photographs)
+    used = np.arange(0, count, 2) if how == "half" else np.round(np.linspace(0, count - 1, how)).astype(int)
+    other = np.setdiff1d(np.arange(count), used)
     light = seen.lit.light.mean(axis=0) @ frame.T
     values, good = np.moveaxis(seen.radiance / seen.lit.brought, 1, 0), seen.good.T
     good = good & (good[used].sum(axis=0) >= FEWEST)
@@ -109,7 +105,6 @@ def row(name, sample, how):
 
 
 def main(coin):
-    """Print the table."""
     ball_files.add_openimageio()
     found = []
     with tempfile.TemporaryDirectory() as folder:

@@ -25,7 +25,6 @@ FILES = ("goniometer/lighttec_C1_White.astm", "goniometer/lighttec_C9_Gold.astm"
 
 
 def main():
-    """Print a row for each file."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.mirrors", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="parts of files' names; by default all")
     rows = []

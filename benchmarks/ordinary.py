@@ -29,7 +29,6 @@ import functools
 import math
 import sys
 import time
-from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -159,44 +158,18 @@ def _cloth(material, location):
 SCENES = {each.__name__: each for each in (spheres, interior, car)}
 
 
-@dataclass(frozen=True)
-class Figures:
-    """What pictures of few samples tell.
-
-    Attributes
-    ----------
-    noise, median : float
-        Standard deviation over the mean: the root mean square over the pixels, and that of the median pixel.
-    below : tuple of int
-        Pixels below 0 in one picture of each of COUNTED.
-    least : float
-        The least value of one picture of SAMPLES over the mean.
-    largest : float
-        The largest value of that picture over the largest around it in the mean of all pictures.
-    dark, bright : int
-        Its outliers.
-    """
-
-    noise: float
-    median: float
-    below: tuple
-    least: float
-    largest: float
-    dark: int
-    bright: int
-
-
 def figures(few, noisy, many):
-    """Figures of pictures of COUNTED samples, each (height, width, 3), and `noisy` (SEEDS, ...)."""
+    """Those of pictures of COUNTED samples, each (height, width, 3), and `noisy` (SEEDS, ...), by name."""
     mean = converged(noisy, many)
     deviation = np.sqrt(noisy.var(axis=0, ddof=1).mean(axis=-1))
     first = noisy[0].max(axis=-1)
     row, column = np.unravel_index(first.argmax(), first.shape)
     around = mean[max(row - AROUND, 0):row + AROUND + 1, max(column - AROUND, 0):column + AROUND + 1]
-    return Figures(
-        float(np.sqrt((deviation ** 2).mean()) / mean.mean()), float(np.median(deviation) / mean.mean()),
-        tuple(int((picture < 0).any(axis=-1).sum()) for picture in (few, noisy[0], many)),
-        float(noisy[0].min() / mean.mean()), float(first.max() / around.max()), *outliers(noisy[0], mean))
+    dark, bright = outliers(noisy[0], mean)
+    return {"noise": np.sqrt((deviation ** 2).mean()) / mean.mean(), "median": np.median(deviation) / mean.mean(),
+            "below": [int((picture < 0).any(axis=-1).sum()) for picture in (few, noisy[0], many)],
+            "least": noisy[0].min() / mean.mean(), "largest": first.max() / around.max(), "dark": dark,
+            "bright": bright}
 
 
 def outliers(picture, mean):
@@ -218,28 +191,6 @@ def converged(noisy, many):
     return (counts[0] * noisy.mean(axis=0) + counts[1] * many) / sum(counts)
 
 
-@dataclass(frozen=True)
-class Measured:
-    """What a way of rendering a scene gives.
-
-    Attributes
-    ----------
-    figures : Figures
-    seconds : float
-        Processor time of SAMPLES samples.
-    denoised : float
-        Relative error of SAMPLES samples after the denoiser.
-    noisy, picture : (height, width, 3)
-        Of SAMPLES samples, and of all.
-    """
-
-    figures: Figures
-    seconds: float
-    denoised: float
-    noisy: np.ndarray
-    picture: np.ndarray
-
-
 def build(scene, of):
     """Build a scene of materials: `of` makes one, given its name."""
     opened = stage.black_scene(WIDTH, HEIGHT, SAMPLES, span=1)
@@ -250,7 +201,8 @@ def build(scene, of):
 
 
 def measure(scene, of):
-    """Render a scene."""
+    """Render a scene: its `figures`, processor seconds of SAMPLES samples, their relative error after the denoiser, and
+    the mean of all."""
     opened = build(scene, of)
 
     def rendered(samples, seed, denoised=False):
@@ -266,20 +218,25 @@ def measure(scene, of):
     picture = converged(noisy, many)
     error = math.sqrt(((denoised - picture) ** 2).mean()) / picture.mean()
     per_sample = (np.median(seconds) - seconds_few) / (SAMPLES - COUNTED[0])
-    return Measured(figures(few, noisy, many), SAMPLES * per_sample, error, noisy[0], picture)
+    return figures(few, noisy, many) | {"seconds": SAMPLES * per_sample, "denoised": error, "mean": picture.mean()}
 
 
 def principled_material(fit, name):
     """A material of the Principled BSDF that is closest to a fit."""
     like = principled_of(fit)
-    material, shader, surface = stage.blank_material(name, "ShaderNodeBsdfPrincipled")
-    for socket, value in (("Base Color", (*like.base_color, 1)), ("Metallic", like.metallic),
-                          ("Roughness", like.roughness), ("Specular IOR Level", like.specular_level),
-                          ("Sheen Weight", like.sheen_weight), ("Sheen Tint", (*like.sheen_tint, 1)),
-                          ("Sheen Roughness", like.sheen_roughness), ("Coat Weight", like.coat_weight),
-                          ("Coat Roughness", like.coat_roughness)):
-        shader.inputs[socket].default_value = value
-    material.node_tree.links.new(shader.outputs[0], surface)
+    return stage.simple_material(name, "ShaderNodeBsdfPrincipled", {
+        "Base Color": (*like.base_color, 1), "Metallic": like.metallic, "Roughness": like.roughness,
+        "Specular IOR Level": like.specular_level, "Sheen Weight": like.sheen_weight,
+        "Sheen Tint": (*like.sheen_tint, 1), "Sheen Roughness": like.sheen_roughness, "Coat Weight": like.coat_weight,
+        "Coat Roughness": like.coat_roughness})
+
+
+def material_of(way, fit, nodes, name):
+    """A material that shows a fit by "Principled", the closest one, by "Nodes", or else exactly."""
+    if way == "Principled":
+        return principled_material(fit, name)
+    material = stage.material_for(fit, nodes)
+    stage.set_input(material, "Nodes", way == "Nodes")
     return material
 
 
@@ -289,19 +246,10 @@ def ways():
     data = synthetic.measurements_or_synthetic()[0]
     samples = functools.cache(lambda name: fitter.load_published(PUBLISHED[name]) if name in PUBLISHED
                               else fitter.load(data / FILES[name][0], FILES[name][1]))
-    fit = functools.cache(lambda name, preset: fitter.fit(samples(name), **fitter.PRESETS[preset]))
-
-    nodes = functools.cache(lambda name, preset: node_mixtures(fit(name, preset)))
-
-    def measured(name, preset, by_nodes):
-        material = stage.material_for(fit(name, preset), nodes(name, preset))
-        stage.set_input(material, "Nodes", by_nodes)
-        return material
-
-    return {"Principled": lambda name: principled_material(fit(name, "Standard"), name),
-            "Standard": functools.partial(measured, preset="Standard", by_nodes=False),
-            "Nodes": functools.partial(measured, preset="Standard", by_nodes=True),
-            "Paper": functools.partial(measured, preset="Paper", by_nodes=False)}
+    fit = functools.cache(lambda name: fitter.fit(samples(name), **fitter.PRESETS["Standard"]))
+    nodes = functools.cache(lambda name: node_mixtures(fit(name)))
+    return {way: lambda name, way=way: material_of(way, fit(name), nodes(name), name)
+            for way in ("Principled", "Standard", "Nodes")}
 
 
 def everywhere(scene, of):
@@ -340,18 +288,17 @@ def main():
     """Print the table of the scenes that are named."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.ordinary", description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", nargs="+", choices=SCENES, default=["spheres", "car"], help="default: spheres car")
-    parser.add_argument("--ways", nargs="+", default=["Standard", "Nodes"], help="also: Paper")
-    options = parser.parse_args()
     found, rows, exact = ways(), [], []
-    for scene in options.scenes:
+    for scene in parser.parse_args().scenes:
         if missing := absent(scene):
             print(f"{scene}: left out, for there are no measurements of {', '.join(missing)}", file=sys.stderr)
             continue
         like = measure(scene, found["Principled"])
         rows.append((scene, "Principled", *_ratios(like, like), None, *_below(like)))
-        for way in options.ways:
+        true_mean = everywhere(scene, found["Standard"])
+        for way in ("Standard", "Nodes"):
             made = measure(scene, found[way])
-            mean = made.picture.mean() / everywhere(scene, found["Paper" if way == "Paper" else "Standard"]) - 1
+            mean = made["mean"] / true_mean - 1
             rows.append((scene, way, *_ratios(made, like), f"{mean:+.2%}", *_below(made)))
             exact += [(*_ratios(made, like), mean)] * (way == "Standard")
     show_table("ordinary", HEADS, rows)
@@ -364,13 +311,13 @@ def main():
 
 def _ratios(found, like):
     """Noise, median, time, noise at equal time and denoised over Principled's, and the largest and outlying pixels."""
-    noise, spent = found.figures.noise / like.figures.noise, found.seconds / like.seconds
-    return (noise, found.figures.median / like.figures.median, spent, noise * math.sqrt(spent),
-            found.denoised / like.denoised, found.figures.largest, found.figures.dark, found.figures.bright)
+    noise, median, spent, denoised = (found[name] / like[name] for name in ("noise", "median", "seconds", "denoised"))
+    return (noise, median, spent, noise * math.sqrt(spent), denoised, *(
+        found[name] for name in ("largest", "dark", "bright")))
 
 
 def _below(found):
-    return " ".join(map(str, found.figures.below)), round(found.figures.least, 2)
+    return " ".join(map(str, found["below"])), round(found["least"], 2)
 
 
 if __name__ == "__main__":

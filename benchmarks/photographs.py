@@ -1,7 +1,6 @@
 """How true materials are that photographs of a ball make: synthetic ones of known reflectances, and real ones.
 
-    python -m benchmarks.photographs [NAME ...] [--lamps 8]     some minutes; the names of materials choose
-    python -m benchmarks.photographs [NAME ...] --next-lamp     a quarter of an hour
+    python -m benchmarks.photographs [NAME ...]     some minutes; the names of materials choose
 
 The photographs have 120 x 120 pixels and 1 % of noise, and are fitted by the preset Standard. Errors are root mean
 squares of the difference of cube roots of cosine-weighted values, as shares of those of the truth, at the directions of
@@ -12,10 +11,6 @@ changes where the ball is one pixel beside its place, or each lamp one degree.
 Of the real gray ball nobody knows the truth: each of its twelve photographs is predicted by a fit to ten of the others.
 Errors are root mean squares of the difference of radiances, as shares of those that were photographed, at the pixels
 that would be measured; the mean over the photographs, the least and the largest.
-
-With `--next-lamp`, of two to four photographs each: the error at all directions after one more, with the lamp in the
-middle of the widest gap between difference angles, and where `fitter.photographs.ball_advice` says, over that with it
-in the best of the gaps' middles; geometric means, and the largest.
 """
 
 import argparse
@@ -31,8 +26,7 @@ import numpy as np
 import fitter
 from fitter.methods.prior import lambertian
 from fitter.photographs.ball import measuring
-from fitter.photographs.ball.advice import next_phase_angle
-from fitter.photographs.ball.coverage import are_covered, coverage
+from fitter.photographs.ball.coverage import are_covered
 from fitter.photographs.ball.measuring import scale_samples
 from fitter.photographs.ball.photograph import measure_pixels
 from fitter.photographs.ball.samples import gather_samples, place_photographs
@@ -59,7 +53,6 @@ LIMITS = 0.05, 0.10, 0.03, 0.03, 0.03
 GRAY_BALL = "gray ball"
 LEFT_OUT = (0, 1), (2, 7), (3, 8), (4, 9), (5, 10), (6, 11)     # lamps that stand apart
 PREDICTED = 0.05            # error of the gray ball's photographs that were left out: at most
-FEW = (20, 60), (40, 110), (60, 130), (50, 90), (15, 60, 130), (45, 80, 115), (15, 40, 95, 140), (30, 60, 110, 130)
 _ALBEDO = 0.5               # a guess, which scales all photographs alike
 _PIXELS, _OF_LOBES = 6000, 4000     # of a photograph that are predicted, and to which a lobe is fitted
 
@@ -77,9 +70,9 @@ def materials(names=()):
     return [(name, make) for name, make in found.items() if not names or any(part in name for part in names)]
 
 
-def photographs(model, phases=ball_scene.PHASES, noise=NOISE, **settings):
+def photographs(model, phases=ball_scene.PHASES, **settings):
     """`fitter.BallPhotograph`s of a model."""
-    return [fitter.BallPhotograph(ball_scene.photograph(model, scene, noise=noise, seed=number), scene.rays(),
+    return [fitter.BallPhotograph(ball_scene.photograph(model, scene, noise=NOISE, seed=number), scene.rays(),
                                   scene.camera, scene.centre, scene.radius, scene.lamp, scene.intensity,
                                   scene.lamp_radius, name=f"photograph {number}")
             for number, scene in enumerate(ball_scene.scenes(phases, **settings), start=1)]
@@ -90,14 +83,13 @@ def beside(found):
     return [replace(each, centre=each.centre + _pixel(each) * np.array([1, 0, 1]) / np.sqrt(2)) for each in found]
 
 
-def turned(found, degrees=1.0, seed=0):
+def turned(found):
     """Photographs whose lamps are said to stand a degree beside their places, each in a direction of its own."""
-    random, moved = np.random.default_rng(seed), []
+    random, moved, angle = np.random.default_rng(0), [], np.radians(1.0)
     for each in found:
         away = each.lamp - each.centre
         aside = np.cross(away, random.standard_normal(3))
         aside *= np.linalg.norm(away) / np.linalg.norm(aside)
-        angle = np.radians(degrees)
         moved.append(replace(each, lamp=each.centre + np.cos(angle) * away + np.sin(angle) * aside))
     return moved
 
@@ -115,10 +107,10 @@ def difference(theta_o, truth, found):
     return float(np.sqrt(np.mean((cube_root(theta_o, found) - known) ** 2) / np.mean(known ** 2)))
 
 
-def judged(model, taken=None):
-    """The numbers of `COLUMNS` for a model, by photographs of it or those that were taken."""
-    taken = photographs(model) if taken is None else taken
-    samples, at = fitter.samples_from_ball(taken), directions()
+def judged(model):
+    """The numbers of `COLUMNS` for a model, by photographs of it."""
+    taken, at = photographs(model), directions()
+    samples = fitter.samples_from_ball(taken)
     covered = are_covered(samples, at)
     truth = np.broadcast_to(evaluated(model, at), (len(at[0]), 3))
 
@@ -134,27 +126,6 @@ def judged(model, taken=None):
     flip = image_errors.errors(*pictures, pictures[0].sum(axis=2) > 0)["flip"]
     return (difference(at[2][covered], truth[covered], values[covered]), difference(at[2], truth, values),
             flip, *changes)
-
-
-def next_lamps(model):
-    """Errors with one photograph more than `FEW`, over the best one's: of the widest gap, and as advised, (2, n)."""
-    at, found = directions(), []
-    truth = np.broadcast_to(evaluated(model, at), (len(at[0]), 3))
-
-    def measured_under(phases):
-        return fitter.samples_from_ball(photographs(model, phases))
-
-    for phases in FEW:
-        samples = measured_under(phases)
-        covered = coverage(samples)
-        middles = [sum(gap) for gap in covered.gaps]
-        if len(middles) < 2:
-            continue
-        fits = [fitter.fit(measured_under((*phases, middle)), **fitter.PRESETS["Standard"]) for middle in middles]
-        errors = [difference(at[2], truth, evaluated(fit, at)) for fit in fits]
-        advised = middles.index(next_phase_angle(samples, covered))
-        found.append((errors[0] / min(errors), errors[advised] / min(errors)))
-    return np.transpose(found)
 
 
 def gray_ball(folder):
@@ -197,32 +168,18 @@ def _unseen(model, times, photograph):
 
 def cells(numbers):
     """Numbers as a row of the table has them; one beyond its limit has an asterisk."""
-    return ["" if number is None else (f"{number:.3f}" if column == "FLIP" else f"{number:.1%}")
-            + "*" * (number > limit) for number, limit, column in zip(numbers, LIMITS, COLUMNS, strict=True)]
+    return [(f"{number:.3f}" if column == "FLIP" else f"{number:.1%}") + "*" * (number > limit)
+            for number, limit, column in zip(numbers, LIMITS, COLUMNS, strict=True)]
 
 
 def main():
     """Print the table of the materials at hand."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.photographs", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="only materials whose names contain one of these")
-    parser.add_argument("--lamps", type=int, default=len(ball_scene.PHASES), help="default: %(default)s")
-    parser.add_argument("--next-lamp", action="store_true", help="only judge the advice where to put the next lamp")
     options = parser.parse_args()
-    if options.next_lamp:
-        rows = []
-        for name, make in materials(options.names):
-            gains = next_lamps(make())
-            rows.append((name, *(f"{each:.2f}" for ratios in gains for each in (np.exp(np.log(ratios).mean()),
-                                                                                ratios.max()))))
-            print(*rows[-1], file=sys.stderr, flush=True)
-        show_table("next-lamp", ("material", "widest gap", "at most", "advised", "at most"), rows)
-        return
-    phases = ball_scene.PHASES if options.lamps == len(ball_scene.PHASES) else np.linspace(
-        ball_scene.PHASES[0], ball_scene.PHASES[-1], options.lamps)
     rows = []
     for name, make in materials(options.names):
-        model = make()
-        rows.append((name, *cells(judged(model, photographs(model, phases)))))
+        rows.append((name, *cells(judged(make()))))
         print(*rows[-1], file=sys.stderr, flush=True)
     if rows:
         show_table("photographs", ("material", *COLUMNS), [*rows, ("to reach", *cells(LIMITS))])

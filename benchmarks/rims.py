@@ -39,7 +39,6 @@ def _fits(path, presets):
 
 
 def main():
-    """Print a row for each file and preset."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rims", description=__doc__.splitlines()[0])
     parser.add_argument("--presets", nargs="+", default=["Standard", "Reference"])
     presets = parser.parse_args().presets

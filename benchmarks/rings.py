@@ -19,7 +19,6 @@ _WORST = 8
 
 
 def main():
-    """Print a row for each half of the sets."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rings", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="sets; by default all")
     found = {half: [] for half in sets.HALVES}

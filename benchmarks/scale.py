@@ -114,7 +114,6 @@ def scene(folder, count, preset):
 
 
 def main():
-    """Print both tables."""
     data_sets, materials, preset = [*sys.argv[1:], *("40", "40", "Standard")[len(sys.argv) - 1:]]
     for work, count in ((batch, data_sets), (scene, materials)):
         with tempfile.TemporaryDirectory() as folder:

@@ -19,7 +19,7 @@ from fitter.cycles.node_mixture import node_mixtures
 from support import ball_files, checkout, stage, synthetic
 from support.evidence import show_table
 
-from .ordinary import principled_material
+from .ordinary import material_of
 
 COUNTS = 1, 4, 20
 ANIMATED = 24
@@ -81,7 +81,6 @@ def animation(made):
 
 
 def main(counts):
-    """Print the tables."""
     extension = checkout.extension()
     extension.register()
     ball_files.add_openimageio()
@@ -90,13 +89,8 @@ def main(counts):
             for number in range(max(*counts, ANIMATED))]
     nodes = [node_mixtures(fit) for fit in fits]
 
-    def measured(number, by_nodes):
-        material = stage.material_for(fits[number], nodes[number])
-        stage.set_input(material, "Nodes", by_nodes)
-        return material
-
-    ways = {"Principled": lambda number: principled_material(fits[number], f"Principled {number}"),
-            "Nodes": lambda number: measured(number, True), "Exact": lambda number: measured(number, False)}
+    ways = {way: lambda number, way=way: material_of(way, fits[number], nodes[number], f"{way} {number}")
+            for way in ("Principled", "Nodes", "Exact")}
     rows = []
     for count in counts:
         base = None

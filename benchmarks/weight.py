@@ -26,7 +26,7 @@ def main():
     checkout.extension().register()
     folder = synthetic.measurements_or_synthetic()[0]
     files = [(folder / "curet" / "abrdf.dat", number) for number in CURET]
-    files += [path for name in CORNELL for path in (folder / "cornell").glob(f"{name}.*") for path in [(path, "")]]
+    files += [(path, "") for name in CORNELL for path in (folder / "cornell").glob(f"{name}.*")]
     stage.black_scene(8, 8, 1, span=1)
     lamp = stage.add_lamp("POINT", 1, (0, 0, 1))
     empty, before = _sizes(), _milliseconds(lamp)

@@ -146,26 +146,20 @@ def photographed_ball(demo):
               "Draft" if quality.samples < 1 else "Standard")
 
 
-def translucent_heads(demo):
-    """Heads of translucent materials, lit from behind, at two scales."""
-    demo.say("rendering translucent materials")
+def module_picture(demo, module, name, text):
+    """The picture of a module, in this quality."""
+    demo.say(text)
     quality = demo.quality
-    translucent.draw(quality.folder / "translucent.png", round(quality.size * translucent.SIZE),
-                     round(quality.samples * translucent.SAMPLES))
-
-
-def photographed_card(demo):
-    """A printed card as synthetic photographs, measured and rendered."""
-    demo.say("measuring a photographed card")
-    quality = demo.quality
-    card.draw(quality.folder / "measured_card.png", round(quality.size * card.SIZE),
-              round(quality.samples * card.SAMPLES))
+    module.draw(quality.folder / name, round(quality.size * module.SIZE), round(quality.samples * module.SAMPLES))
 
 
 # the longest first; by a process each
-PARTS = {"card": photographed_card, "pan": partial(anisotropic_half, name="brushed_pan"),
+PARTS = {"card": partial(module_picture, module=card, name="measured_card.png", text="measuring a photographed card"),
+         "pan": partial(anisotropic_half, name="brushed_pan"),
          "cloth": partial(anisotropic_half, name="satin_cloth"), "figure 8": figure_8, "figure 3": figure_3,
-         "figure 4": figure_4, "ball": photographed_ball, "translucent": translucent_heads}
+         "figure 4": figure_4, "ball": photographed_ball,
+         "translucent": partial(module_picture, module=translucent, name="translucent.png",
+                                text="rendering translucent materials")}
 IN_THE_TABLE = "figure 4", "figure 3", "figure 8"
 
 

@@ -1,17 +1,12 @@
 """The picture of what can be changed of a measured material: ``python -m demo_scenes.adjusted PNG``."""
 
-import sys
-from pathlib import Path
-
 import bpy
 
 from support import sheet
-from support.checkout import ROOT, extension
-from support.stage import render
+from support.stage import group_node, render
 
-from . import gallery
+from . import gallery, run
 
-OUT = ROOT / "build" / "demo" / "adjusted.png"
 SIZE = 224
 PAINT, FABRIC, GOLD = "published:specular-blue-phenolic", "published:red-fabric", "published:gold-metallic-paint"
 # caption, file, and settings of its material
@@ -26,10 +21,7 @@ ADJUSTED = (
 )
 
 
-def main():
-    """Render to the path given, or to build/demo/adjusted.png."""
-    extension().register()
-    path = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else OUT
+def draw(path):
     tiles = []
     for text, file, settings in ADJUSTED:
         _stage()
@@ -45,11 +37,9 @@ def main():
     steep.inputs["From Min"].default_value, steep.inputs["From Max"].default_value = 0.48, 0.52
     links = mixed.node_tree.links
     links.new(noise.outputs[0], steep.inputs["Value"])
-    links.new(steep.outputs["Result"], next(
-        node for node in mixed.node_tree.nodes if node.type == "GROUP").inputs["Factor"])
+    links.new(steep.outputs["Result"], group_node(mixed).inputs["Factor"])
     tiles.append(_tile("mixed by a mask with gold paint"))
     sheet.write(path, [tiles[:4], tiles[4:]])
-    print(path)
 
 
 def adjust(material, settings):
@@ -77,4 +67,4 @@ def _tile(text):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run(draw, "adjusted.png")

@@ -3,19 +3,16 @@
 ``make demo`` draws them; ``python -m demo_scenes.anisotropic PATH`` only these.
 """
 
-import sys
-import time
-from pathlib import Path
-
 import bpy
 import numpy as np
 
 from fitter.imaging.pictures import srgb
 from support import anisotropic_tables, sheet
-from support.checkout import ROOT, extension
-from support.stage import add_lamp, background, black_scene, blank_material, look, render, rotation_toward
+from support.checkout import ROOT
+from support.stage import add_lamp, background, black_scene, look, render, rotation_toward, simple_material
 
-OUT = ROOT / "build" / "demo" / "anisotropic.png"
+from . import run
+
 DATA = ROOT / "build" / "synthetic"
 WIDTH, HEIGHT = 480, 360
 ROTATIONS, SAMPLES, STANDARD = 16, 24, {"preset": "Standard"}
@@ -123,10 +120,7 @@ def imported(truth, choices):
 
 def plain(item, color):
     """A diffuse material for an object."""
-    material, shader, surface = blank_material(item.name, "ShaderNodeBsdfDiffuse")
-    shader.inputs["Color"].default_value = (*color, 1)
-    material.node_tree.links.new(shader.outputs[0], surface)
-    item.data.materials.append(material)
+    item.data.materials.append(simple_material(item.name, "ShaderNodeBsdfDiffuse", {"Color": (*color, 1)}))
 
 
 def studio(samples=SAMPLES):
@@ -139,10 +133,9 @@ def studio(samples=SAMPLES):
     return scene
 
 
-def lamp(energy, location, target, size, size_y=None, color=(1, 1, 1)):
-    """A rectangular lamp that looks at a place."""
-    add_lamp("AREA", energy, location, rotation_toward(location, target), shape="RECTANGLE", size=size,
-             size_y=size_y or size, color=color)
+def lamp(energy, location, target, size, color=(1, 1, 1)):
+    """A square lamp that looks at a place."""
+    add_lamp("AREA", energy, location, rotation_toward(location, target), shape="SQUARE", size=size, color=color)
 
 
 def brushed_pan(samples=SAMPLES, choices=STANDARD):
@@ -173,15 +166,6 @@ def satin_cloth(samples=SAMPLES, choices=STANDARD):
     return scene
 
 
-def main():
-    """Render to the path given, or to build/demo/anisotropic.png."""
-    start = time.perf_counter()
-    extension().register()
-    path = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else OUT
-    draw(path)
-    print(f"{path}, {time.perf_counter() - start:.0f} s")
-
-
 def draw(path, samples=SAMPLES, choices=STANDARD):
     """Render both, side by side."""
     pictures = [render(scene(samples, choices)) for scene in (brushed_pan, satin_cloth)]
@@ -189,4 +173,4 @@ def draw(path, samples=SAMPLES, choices=STANDARD):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run(draw, "anisotropic.png")

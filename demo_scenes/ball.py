@@ -4,9 +4,6 @@ The photographs are synthetic, of a red paint with a highlight of GGX .1, and li
 folder beside the picture, `ball/`. The lamps of the lower row were not among those that photographed it.
 """
 
-import sys
-from pathlib import Path
-
 import bpy
 import numpy as np
 
@@ -14,10 +11,10 @@ from fitter.formats import saved_samples
 from fitter.photographs.ball.measuring import measure_ball
 from fitter.photographs.description.parsing import read
 from support import ball_files, ball_scene, ball_stage, sheet
-from support.checkout import ROOT, extension
 from support.stage import render
 
-OUT = ROOT / "build" / "demo" / "measured_ball.png"
+from . import run
+
 SIZE = 224                  # pixels of a tile
 SHOWN = 0, 2, 4, 6          # of the photographs
 OTHERS = (65, 200), (105, 20)       # phase and turn of lamps that did not photograph it
@@ -41,7 +38,7 @@ def draw(path, size=SIZE, preset="Standard"):
             compared]
     shown = [_exposures([picture for picture, _ in row]) for row in rows]
     shown[1] = np.repeat(shown[1][::2], 2)          # what is measured as bright as the truth
-    sheet.write(path, [[sheet.tile(_opaque(scale * picture), text) for (picture, text), scale in zip(
+    sheet.write(path, [[sheet.tile(scale * picture, text) for (picture, text), scale in zip(
         row, scales, strict=True)] for row, scales in zip(rows, shown, strict=True)])
 
 
@@ -50,17 +47,5 @@ def _exposures(pictures):
     return [_EXPOSED / np.percentile(each[each.max(axis=2) > 0], _PERCENTILE) for each in pictures]
 
 
-def _opaque(picture):
-    return np.concatenate([picture, np.ones((*picture.shape[:2], 1))], axis=2)
-
-
-def main():
-    """Draw to the path given, or to build/demo/measured_ball.png."""
-    extension().register()
-    path = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else OUT
-    draw(path)
-    print(path)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    run(draw, "measured_ball.png")

@@ -16,9 +16,9 @@ _SPOKES = 7
 _GLASS = 0.12               # of the height above the shoulder: where the window begins
 
 
-def car_body(of, at=(-0.2, 0.6, 0.0)):
-    """Make the body at a place: paint is the material "irid", the wheels are "rims", the window "glass"."""
-    x = np.linspace(-1, 1, 241)
+def car_body(of):
+    """Make the body: paint is the material "irid", the wheels are "rims", the window "glass"."""
+    at, x = (-0.2, 0.6, 0.0), np.linspace(-1, 1, 241)
     roof, shoulder, width = (_smooth(x, _STATIONS[:, column]) for column in (1, 2, 3))
     around = np.linspace(0, 1, 81)
     section = [_section(around, *each) for each in zip(roof, shoulder, width, strict=True)]

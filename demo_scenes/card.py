@@ -6,8 +6,6 @@ compared was not among those, and the last picture shows it from the side, under
 """
 
 import math
-import sys
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -16,7 +14,8 @@ import fitter
 from fitter.library import ready
 from support import ball_files, checkout, flat_files, flat_scene, sheet, stage
 
-OUT = checkout.ROOT / "build" / "demo" / "measured_card.png"
+from . import run
+
 SIZE = 224                  # pixels of a tile
 SAMPLES = 64                # of a pixel
 LAMPS, SHOWN = 12, (0, 1, 6)
@@ -99,8 +98,7 @@ def draw(path, size=SIZE, samples=SAMPLES):
             [(_exposed(truth), "the card, another lamp"), (_exposed(measured, truth), "measured"),
              *((_aside(scene, lamp, turn), f"aside, lamp {text}") for turn, text in (
                  (-40, "left"), (0, "behind"), (40, "right")))]]
-    sheet.write(path, [[sheet.tile(np.concatenate([picture, np.ones((*picture.shape[:2], 1))], axis=2), text)
-                        for picture, text in row] for row in rows])
+    sheet.write(path, [[sheet.tile(picture, text) for picture, text in row] for row in rows])
 
 
 def _aside(scene, lamp, turn):
@@ -131,13 +129,5 @@ def _exposed(picture, like=None):
     return _EXPOSED / np.percentile(like[like.max(axis=2) > 1e-6], _PERCENTILE) * picture
 
 
-def main():
-    """Draw to the path given, or to build/demo/measured_card.png."""
-    checkout.extension().register()
-    path = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else OUT
-    draw(path)
-    print(path)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    run(draw, "measured_card.png")

@@ -14,7 +14,7 @@ import numpy as np
 
 from fitter.formats import list_samples
 from support.checkout import ROOT, extension, measurements
-from support.stage import add_lamp, background, black_scene, blank_material, look, rotation_toward
+from support.stage import add_lamp, background, black_scene, look, rotation_toward, simple_material
 
 from .anisotropic import revolved
 
@@ -64,10 +64,7 @@ def studio():
     angle = np.radians(np.linspace(0, 90, 31))
     corner = np.stack([7.5 + 2.5 * np.sin(angle), 2.5 - 2.5 * np.cos(angle)], axis=1)
     room = revolved("Studio", np.vstack([(0, 0), corner, (10, 3.1)]), 96)
-    paint, shader, surface = blank_material("Studio", "ShaderNodeBsdfDiffuse")
-    shader.inputs["Color"].default_value = (0.36, 0.355, 0.345, 1)
-    paint.node_tree.links.new(shader.outputs[0], surface)
-    room.data.materials.append(paint)
+    room.data.materials.append(simple_material("Studio", "ShaderNodeBsdfDiffuse", {"Color": (0.36, 0.355, 0.345, 1)}))
 
 
 def ball():

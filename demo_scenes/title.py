@@ -14,13 +14,12 @@ from pathlib import Path
 import bpy
 
 from benchmarks import ordinary
-from fitter.formats import is_there, list_samples
-from fitter.model.published import parse_virtual_path
 from support import synthetic
 from support.checkout import ROOT, extension
 from support.stage import background, black_scene, look, set_input
 
 from .car_body import car_body
+from .gallery import source
 
 OUT = ROOT / "build" / "demo" / "title"
 EXPOSURE = 0.3
@@ -49,10 +48,13 @@ def stage(scene, of):
 
 
 def measured(name, data, preset):
-    """The material of a name, imported as users do; no object may be selected."""
+    """The material of a name, imported as users do, or an empty one without measurements; no object may be selected."""
     file, sample, tint = MATERIALS[name]
     known = {*bpy.data.materials}
-    bpy.ops.measured_brdf.import_data(filepath=path_of(data, file), sample=sample, preset=preset, rendering="EXACT")
+    path = source(data, file, sample)
+    if path is None:                # the synthetic measurements have fewer
+        return bpy.data.materials.new(name)
+    bpy.ops.measured_brdf.import_data(filepath=path, sample=sample, preset=preset, rendering="EXACT")
     made, = {*bpy.data.materials} - known
     set_input(made, "Tint", (*tint, 1))
     return made
@@ -69,23 +71,11 @@ def use_principled(material, tint):
         material.node_tree.links.new(principled.outputs[0], output.inputs["Surface"])
 
 
-def path_of(data, file):
-    """The path of a file of measurements, or that of a material of the library."""
-    return file if parse_virtual_path(file) else str(data / file)
-
-
-def is_present(data, file, sample):
-    """Whether the measurements have a sample: the synthetic ones have fewer."""
-    path = path_of(data, file)
-    return is_there(path) and (not sample or sample in [name for _, name in list_samples(path)])
-
-
 def draw(path, width=1600, height=640, samples=32, preset="Standard"):
     """Render the scene with the measured materials at hand, save it, and render it with Principled BSDFs."""
     data, _ = synthetic.measurements_or_synthetic()
     scene = black_scene(width, height, samples, span=1)
-    made = {name: measured(name, data, preset) if is_present(data, file, sample) else bpy.data.materials.new(name)
-            for name, (file, sample, _) in MATERIALS.items()}
+    made = {name: measured(name, data, preset) for name in MATERIALS}
     stage(scene, made.get)
     path.parent.mkdir(parents=True, exist_ok=True)
     image = scene.render.image_settings

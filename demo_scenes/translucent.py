@@ -1,30 +1,20 @@
 """The picture of translucent materials, lit from behind: ``python -m demo_scenes.translucent PNG``."""
 
 import math
-import sys
-from pathlib import Path
 
 import bpy
 
 from support import sheet
-from support.checkout import ROOT, extension
 from support.stage import add_lamp, background, render, set_input, suzanne
 
-OUT = ROOT / "build" / "demo" / "translucent.png"
+from . import run
+
 SIZE, SAMPLES = 224, 64
 NAMES = ("marble", "skin-1", "skim-milk")
 METRES = {0.2: "40 cm wide", 0.01: "2 cm wide"}         # per unit, of a head of two
 
 
-def main():
-    """Render to the path given, or to build/demo/translucent.png."""
-    extension().register()
-    path = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else OUT
-    draw(path, SIZE, SAMPLES)
-    print(path)
-
-
-def draw(path, size, samples):
+def draw(path, size=SIZE, samples=SAMPLES):
     """Draw heads of some materials at two scales, `size` pixels on a side."""
     sheet.write(path, [[_tile(name, metres, size, samples) for name in NAMES] for metres in METRES])
 
@@ -44,4 +34,4 @@ def _tile(name, metres, size, samples):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run(draw, "translucent.png")

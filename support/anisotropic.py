@@ -6,6 +6,7 @@ parameters: constants of a method are chosen on the one and judged on the other.
 
 import numpy as np
 
+from fitter.arrays import unit_vectors
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 from fitter.lattice import dense
 from fitter.model.fit import Fit
@@ -18,8 +19,7 @@ from .truths import Truth
 
 def vectors(theta_i, phi_i, theta_o, phi_o):
     """Unit vectors of pairs of directions (n,): two (n, 3)."""
-    return [np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-            for theta, phi in ((theta_i, phi_i), (theta_o, phi_o))]
+    return unit_vectors(theta_i, phi_i), unit_vectors(theta_o, phi_o)
 
 
 def turned(w, angle):
@@ -48,7 +48,7 @@ def ward(wi, wo, along, across):
     return np.exp(-slope2) / (4 * np.pi * along * across * np.maximum(wi[:, 2] * wo[:, 2], 1e-3))
 
 
-def _brushed(kd, ks, along, across, turn, model=ggx):
+def brushed(kd, ks, along, across, turn, model=ggx):
     def function(*directions):
         wi, wo = (turned(w, turn) for w in vectors(*directions))
         cos_d = np.linalg.norm(wi + wo, axis=1) / 2
@@ -59,7 +59,7 @@ def _brushed(kd, ks, along, across, turn, model=ggx):
 
 def _lacquered(kd, ks, along, across, turn, coat, width):
     """Brushed metal under a smooth coat of an index of 1.5, which lets through what its Fresnel term leaves."""
-    base = _brushed(kd, ks, along, across, turn)
+    base = brushed(kd, ks, along, across, turn)
 
     def function(*directions):
         wi, wo = vectors(*directions)
@@ -70,14 +70,14 @@ def _lacquered(kd, ks, along, across, turn, coat, width):
     return function
 
 
-def _woven(warp, weft, width, tilt):
-    """A cloth of two threads at a right angle, that lie at a slope: each shines on a cone about its direction, as the
-    fibres of J. Kajiya and T. Kay (1989), but reciprocal."""
+def woven(*threads, ground=0.02):
+    """A cloth of threads, each a colour, an azimuth, a slope at which it lies, and a width: each shines on a cone about
+    its direction, as the fibres of J. Kajiya and T. Kay (1989), but reciprocal. The ground is what dye leaves below."""
     def function(*directions):
         wi, wo = vectors(*directions)
-        total = np.full((len(wi), 3), 0.02)
-        for colour, azimuth in ((warp, 0.0), (weft, np.pi / 2)):
-            for side in (-tilt, tilt):
+        total = np.tile(np.broadcast_to(ground, 3), (len(wi), 1))
+        for colour, azimuth, slope, width in threads:
+            for side in (-slope, slope):
                 thread = np.array([np.cos(azimuth) * np.cos(side), np.sin(azimuth) * np.cos(side), np.sin(side)])
                 off = wi @ thread + wo @ thread
                 lobe = np.exp(-(off / width) ** 2) / (wi[:, 2] + wo[:, 2] + 0.1)
@@ -86,15 +86,19 @@ def _woven(warp, weft, width, tilt):
     return function
 
 
+def _twill(warp, weft, width, slope):
+    return woven((warp, 0.0, slope, width), (weft, np.pi / 2, slope, width))
+
+
 ANISOTROPIC = (
-    Truth("brushed a", "brushed metal", _brushed([0.01, 0.01, 0.01], [0.9, 0.75, 0.4], 0.12, 0.45, np.radians(20))),
-    Truth("brushed b", "brushed metal", _brushed([0.02, 0.02, 0.03], [0.7, 0.72, 0.75], 0.3, 0.06, np.radians(-35))),
-    Truth("ward a", "lacquered wood", _brushed([0.15, 0.08, 0.04], [0.05, 0.05, 0.05], 0.1, 0.25, 0.0, ward)),
-    Truth("ward b", "lacquered wood", _brushed([0.25, 0.2, 0.1], [0.1, 0.1, 0.1], 0.2, 0.08, np.radians(45), ward)),
+    Truth("brushed a", "brushed metal", brushed([0.01, 0.01, 0.01], [0.9, 0.75, 0.4], 0.12, 0.45, np.radians(20))),
+    Truth("brushed b", "brushed metal", brushed([0.02, 0.02, 0.03], [0.7, 0.72, 0.75], 0.3, 0.06, np.radians(-35))),
+    Truth("ward a", "lacquered wood", brushed([0.15, 0.08, 0.04], [0.05, 0.05, 0.05], 0.1, 0.25, 0.0, ward)),
+    Truth("ward b", "lacquered wood", brushed([0.25, 0.2, 0.1], [0.1, 0.1, 0.1], 0.2, 0.08, np.radians(45), ward)),
     Truth("lacquered a", "lacquered metal", _lacquered([0.01, 0.01, 0.02], [0.6, 0.3, 0.2], 0.4, 0.15, 0.5, 1.0, 0.05)),
     Truth("lacquered b", "lacquered metal", _lacquered([0.02, 0.03, 0.02], [0.3, 0.5, 0.5], 0.1, 0.3, -1.0, 0.8, 0.1)),
-    Truth("woven a", "satin", _woven([0.3, 0.05, 0.06], [0.05, 0.1, 0.3], 0.15, np.radians(12))),
-    Truth("woven b", "satin", _woven([0.4, 0.35, 0.1], [0.1, 0.02, 0.02], 0.25, np.radians(20))))
+    Truth("woven a", "satin", _twill([0.3, 0.05, 0.06], [0.05, 0.1, 0.3], 0.15, np.radians(12))),
+    Truth("woven b", "satin", _twill([0.4, 0.35, 0.1], [0.1, 0.02, 0.02], 0.25, np.radians(20))))
 
 
 def rotations(count, turn=2 * np.pi):

@@ -55,13 +55,7 @@ def description(scenes, files, scale, centre="outline", more=""):
 
 
 def write(folder, model, scenes, noise=0.01):
-    """Write photographs of a model and the description `setup.toml` to a folder, with a card that has the scale.
-
-    Returns
-    -------
-    Path
-        Of the description.
-    """
+    """Write photographs of a model to a folder, with a card that has the scale, and their description: its path."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     names = []

@@ -19,29 +19,17 @@ FLOOR = 1e-3                # noise of a pixel beside what is relative to it, of
 
 @dataclass(frozen=True)
 class Scene:
-    """A camera, a ball and a lamp; metres, and W/sr in units of the picture.
-
-    Attributes
-    ----------
-    camera, target, centre, lamp : (3,) tuple of float
-        The camera looks from its place to the target; z is up.
-    radius, lamp_radius : float
-    intensity : (3,) tuple of float
-    size : (height, width)
-        Pixels.
-    angle : float
-        That the width takes, degrees.
-    """
+    """A camera, a ball and a lamp; metres, and W/sr in units of the picture. z is up."""
 
     camera: tuple = (0.0, -1.5, 0.0)
-    target: tuple = (0.0, 0.0, 0.0)
+    target: tuple = (0.0, 0.0, 0.0)         # that the camera looks to
     centre: tuple = (0.0, 0.0, 0.0)
     radius: float = 0.05
     lamp: tuple = (0.5, -1.0, 0.5)
     intensity: tuple = (2.0, 2.0, 2.0)
     lamp_radius: float = 0.0
-    size: tuple = (120, 120)
-    angle: float = 4.2
+    size: tuple = (120, 120)                # height and width, pixels
+    angle: float = 4.2                      # that the width takes, degrees
 
     def basis(self):
         """The directions forward, right and up in the picture."""
@@ -79,17 +67,8 @@ def at_phase(degrees, turn=0.0, distance=1.2, **settings):
 def photograph(model, scene, points=2, directions=12, noise=0.0, seed=0):
     """What the camera of a scene sees: (height, width, 3) float64.
 
-    Parameters
-    ----------
-    model : object with ``evaluate``
-    scene : Scene
-    points : int
-        Along each side of a pixel.
-    directions : int
-        To a lamp with a size.
-    noise : float
-        Relative standard deviation of a pixel; `FLOOR` says what is added in the dark.
-    seed : int
+    There are so many points along each side of a pixel, and directions to a lamp with a size. The noise is the relative
+    standard deviation of a pixel; `FLOOR` says what is added in the dark.
     """
     height, width = scene.size
     places = (np.arange(points) + 0.5) / points

@@ -34,7 +34,6 @@ def lamp_place(phase, turn):
 
 
 def lamp(made):
-    """The lamp of a scene."""
     return next(item for item in made.objects if item.type == "LIGHT")
 
 

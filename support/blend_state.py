@@ -17,7 +17,7 @@ def state():
     found["texts"] = {text.name: hash(text.as_string()) for text in bpy.data.texts}
     found["looks"] = {item.name: (tuple(item.diffuse_color), item.roughness, item.metallic,
                                   item.cycles.use_bump_map_correction) for item in bpy.data.materials}
-    found["settings"] = {item.name: [_group(getattr(item, name)) for name in GROUPS] for item in bpy.data.materials}
+    found["settings"] = {item.name: [_settings(getattr(item, name)) for name in GROUPS] for item in bpy.data.materials}
     found["assets"] = {item.name: _asset(item) for item in bpy.data.materials}
     found["slots"] = {item.name: [slot.material and slot.material.name for slot in item.material_slots]
                       for item in bpy.data.objects}
@@ -37,7 +37,7 @@ def whole_state():
 
 
 def _settings(group):
-    """The same of a group as `_group`, with those of its collections, and names of data-blocks."""
+    """All properties of a property group by name, with those of its collections, and names of data-blocks."""
     def plain(value):
         if isinstance(value, bpy.types.bpy_prop_collection):
             return [_settings(each) for each in value]
@@ -54,12 +54,6 @@ def _tree(tree):
     links = sorted((link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
                    for link in tree.links)
     return nodes, links
-
-
-def _group(settings):
-    """All properties of a property group by name."""
-    return {each.identifier: _plain(getattr(settings, each.identifier))
-            for each in settings.bl_rna.properties if each.identifier != "rna_type"}
 
 
 def _values(sockets):

@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -19,11 +20,16 @@ def extension():
     return sys.modules["measured_brdf"]
 
 
+def run_python(*arguments, **options):
+    """This Python, by default in the checkout: a CompletedProcess with what it printed."""
+    return subprocess.run([sys.executable, *arguments], **{
+        "cwd": ROOT, "capture_output": True, "text": True, "check": False, "timeout": 300, **options})
+
+
 def measurements():
     """The folder of real measurements, which the project may not distribute; it may be absent."""
     return Path(os.environ.get("MEASURED_BRDF_DATA") or ROOT.parent / "shared" / "data")
 
 
 def has_measurements(folder):
-    """Whether the folder holds them."""
     return (folder / "curet" / "abrdf.dat").is_file() and (folder / "cornell" / "krylon_blue.astm").is_file()

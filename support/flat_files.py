@@ -13,12 +13,7 @@ SIZE = 90, 100
 
 def corners(size=SIZE):
     """Where the sample's corners are in a picture of this height and width: (4, 2), pixels from the left and top."""
-    toward = flat_scene.corners() - flat_scene.CAMERA
-    forward = (flat_scene.TARGET - flat_scene.CAMERA) / np.linalg.norm(flat_scene.TARGET - flat_scene.CAMERA)
-    right = np.cross(forward, (0, 0, 1)) / np.linalg.norm(np.cross(forward, (0, 0, 1)))
-    step = (toward @ forward) * 0.25 / size[1]
-    return np.column_stack([size[1] / 2 + toward @ right / step,
-                            size[0] / 2 - toward @ np.cross(right, forward) / step])
+    return flat_scene.project(flat_scene.corners(), size)
 
 
 def description(names, lamps, *, camera="", sample="", scale="", top="", size=SIZE, shots=None):
@@ -34,13 +29,7 @@ def description(names, lamps, *, camera="", sample="", scale="", top="", size=SI
 
 
 def write(folder, sample, lamps, size=SIZE, noise=0.01, **how):
-    """Write photographs of a sample under lamps, and their description.
-
-    Returns
-    -------
-    Path
-        Of the description, `setup.toml`.
-    """
+    """Write photographs of a sample under lamps, and their description: its path."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     names = [f"lamp{number}.exr" for number in range(1, len(lamps) + 1)]

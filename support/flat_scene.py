@@ -60,17 +60,30 @@ def radiance(sample, u, v, lamp, camera=CAMERA):
     return np.where(lit[:, None], (values * weights[:, None]).sum(axis=2), 0) * INTENSITY
 
 
-def rays(size, camera=CAMERA):
-    """Unit directions through the centres of so many pixels, (height, width), that see the sample: (h, w, 3)."""
-    height, width = size
+def _axes(camera):
+    """The directions forward, right and up in a picture."""
     forward = (TARGET - camera) / np.linalg.norm(TARGET - camera)
     right = np.cross(forward, (0, 0, 1))
     right /= np.linalg.norm(right)
-    up = np.cross(right, forward)
+    return forward, right, np.cross(right, forward)
+
+
+def rays(size, camera=CAMERA):
+    """Unit directions through the centres of so many pixels, (height, width), that see the sample: (h, w, 3)."""
+    height, width = size
+    forward, right, up = _axes(camera)
     y, x = np.mgrid[:height, :width] + 0.5
     step = 0.25 / width
     found = (forward + ((x - width / 2) * step)[..., None] * right + ((height / 2 - y) * step)[..., None] * up)
     return found / np.linalg.norm(found, axis=2)[..., None]
+
+
+def project(points, size):
+    """Where points (n, 3) are in a picture of this height and width: (n, 2), pixels from the left and top."""
+    forward, right, up = _axes(CAMERA)
+    toward = points - CAMERA
+    step = (toward @ forward) * 0.25 / size[1]
+    return np.column_stack([size[1] / 2 + toward @ right / step, size[0] / 2 - toward @ up / step])
 
 
 def photograph(sample, lamp, size=(90, 100), noise=0.01, seed=0, camera=CAMERA):
@@ -119,10 +132,6 @@ def bumps(u, v):
 def shown(picture, shape):
     """A picture at the centres of texels, by SciPy's linear interpolation: (h, w, 3)."""
     u, v = texels(shape)
-    toward = np.column_stack([(u - 0.5) * SIZE, (v - 0.5) * SIZE * 0.8, np.zeros(len(u))]) - CAMERA
-    forward = (TARGET - CAMERA) / np.linalg.norm(TARGET - CAMERA)
-    right = np.cross(forward, (0, 0, 1)) / np.linalg.norm(np.cross(forward, (0, 0, 1)))
-    deep, (height, width) = toward @ forward, picture.shape[:2]
-    x = width / 2 - 0.5 + toward @ right / deep * width / 0.25
-    y = height / 2 - 0.5 - toward @ np.cross(right, forward) / deep * width / 0.25
+    x, y = project(np.column_stack([(u - 0.5) * SIZE, (v - 0.5) * SIZE * 0.8, np.zeros(len(u))]),
+                   picture.shape[:2]).T - 0.5
     return np.stack([map_coordinates(picture[..., k], [y, x], order=1) for k in range(3)], axis=1).reshape(*shape, 3)

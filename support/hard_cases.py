@@ -20,18 +20,11 @@ ERROR = {"Draft": 0.5, "Standard": 0.1, "Reference": 0.1, "Paper": 0.1}
 class Case:
     """Samples, and how a fit to them is judged.
 
-    Attributes
-    ----------
-    samples : fitter.Samples
-    error : float, or None
-        Bound of the RMSE at the samples instead of `ERROR`: larger for values at random, which count as noise.
-    plausible : bool
-        Whether the samples are: a fit to those that reflect more light than there is, or less than none, is judged
-        without being made plausible.
+    A fit to samples that reflect more light than there is, or less than none, is judged without being made plausible.
     """
 
     samples: fitter.Samples
-    error: float | None = None
+    error: float | None = None      # bound of the RMSE instead of `ERROR`: larger for random values, which are noise
     plausible: bool = True
 
     def fit(self, preset):

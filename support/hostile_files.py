@@ -9,8 +9,6 @@ one row, or with a fit that is in order, are subtracted.
 import json
 import os
 import struct
-import subprocess
-import sys
 import threading
 import time
 import zlib
@@ -20,7 +18,7 @@ import numpy as np
 
 from fitter.storage import npz
 from support import hostile_fits, mbsdf_files, tensor_files
-from support.checkout import ROOT
+from support.checkout import run_python
 
 MEGABYTE = 1 << 20
 LARGE = 16 * MEGABYTE       # as much as is read
@@ -220,8 +218,7 @@ def _grow(path, stop):
 
 def _measured(name, path, folder):
     """Processor seconds and peak bytes of one path, and the first line of what it said."""
-    done = subprocess.run([sys.executable, "-c", _MEASURED, name, path, folder / "fit.npz"], cwd=ROOT,
-                          capture_output=True, text=True, check=False, timeout=120)
+    done = run_python("-c", _MEASURED, name, path, folder / "fit.npz", timeout=120)
     assert "Traceback" not in done.stderr, done.stderr
     *said, seconds, memory, code = done.stdout.split("\n")[:-1]
     assert code in {"0", "1"}, done.stderr

@@ -30,7 +30,6 @@ def _members():
 
 
 def in_order():
-    """The fit itself."""
     return _zip()
 
 

@@ -7,7 +7,6 @@ POINTER = "measured_brdf_lamps"
 
 
 def lamp_groups():
-    """The lamp groups of the file."""
     return [tree for tree in bpy.data.node_groups if "Lamps" in tree.nodes]
 
 

@@ -23,21 +23,10 @@ _SHAPES = {"mirror": (0.15, 2.5, 0.08), "retro": (0.2, 3.0, 0.7), "sheen": (0.9,
            "fibre": (0.2, 2.5, 0.6)}
 
 
-def made_fit(coordinates, kinds=("mirror",), columns=(0, 1, 2), damped=False, sparse=True, seed=7):
-    """A log-relative fit of random numbers, whose field varies by about 1.
-
-    Parameters
-    ----------
-    coordinates : coordinates.Coordinates
-    kinds : tuple of str
-        Of the prior's lobes.
-    columns : tuple of int
-        Of the channels: one or three.
-    damped, sparse : bool
-        Whether it has a damping, and a sparse lattice.
-    seed : int
-    """
-    random = np.random.default_rng(seed)
+def made_fit(coordinates, kinds=("mirror",), columns=(0, 1, 2), damped=False, sparse=True):
+    """A log-relative fit of random numbers, whose field varies by about 1, with lobes of these kinds in its prior, one
+    or three columns for its channels, and a damping and a sparse lattice or not."""
+    random = np.random.default_rng(7)
     stored = max(columns) + 1
     shapes = np.array([_SHAPES[kind] for kind in kinds]).reshape(len(kinds), 3) * (1 + 0.1 * random.random((1, 3)))
     gamma = np.where([kind == "sheen" for kind in kinds], NO_GAMMA, shapes[:, 1])

@@ -27,17 +27,10 @@ _fits = {}                  # by the name of a material
 
 @dataclass(frozen=True)
 class Bumpy:
-    """A fit on a surface that is raised by the heights of an image over the UV map.
-
-    Attributes
-    ----------
-    fit : Fit
-    heights : (rows, columns) float32
-        Metres, the same upside down.
-    """
+    """A fit on a surface that is raised by the heights of an image over the UV map."""
 
     fit: object
-    heights: np.ndarray
+    heights: np.ndarray         # (rows, columns) float32: metres, the same upside down
 
 
 class _FitBSDF(mi.BSDF):
@@ -89,26 +82,13 @@ mi.register_bsdf("fit", _FitBSDF)
 
 
 def render(scene, fits, samples, bounces, seed=0):
-    """What Mitsuba makes of a Blender scene.
+    """What Mitsuba makes of a Blender scene: (height, width, 3), scene-linear, the top row first.
 
-    Parameters
-    ----------
-    scene : bpy.types.Scene
-        Of meshes, one material each; of suns without a size, point lamps with one, and rectangular area lamps; under an
-        even world or an image; with an orthographic or a perspective camera.
-    fits : dict
-        By the name of a material: its `Fit`, or `Bumpy`; a number, the albedo of a Lambertian surface; or the path of
-        an RGL file, which Mitsuba's own BSDF `measured` reads. Its tangent is the mesh's along the active UV map.
-    samples : int
-        Of a pixel.
-    bounces : int
-        As `cycles.max_bounces` counts them.
-    seed : int
-
-    Returns
-    -------
-    (height, width, 3)
-        Scene-linear, the top row first; lamps and the world are not seen by the camera.
+    The scene is of meshes, one material each; of suns without a size, point lamps with one, and rectangular area lamps;
+    under an even world or an image; with an orthographic or a perspective camera, which sees neither lamps nor world.
+    `fits` has, by the name of a material, its `Fit`, or `Bumpy`; a number, the albedo of a Lambertian surface; or the
+    path of an RGL file, which Mitsuba's own BSDF `measured` reads, whose tangent is the mesh's along the active UV map.
+    Bounces are as `cycles.max_bounces` counts them.
     """
     _fits.clear()
     _fits.update(fits)
@@ -211,8 +191,9 @@ def _camera(data, matrix, scene):
                      "to_world": _transform(looking)}
 
 
-def _resampled(pixels, finer=4):
+def _resampled(pixels):
     """The bilinear function of Blender's image at finer texels; Mitsuba's first and last rows are the poles."""
+    finer = 4
     height, width = pixels.shape[:2]
     row = (np.linspace(0, 1, finer * height) * height - 0.5).clip(0, height - 1)
     column = (np.arange(finer * width) + 0.5) / finer - 0.5

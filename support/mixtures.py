@@ -10,12 +10,12 @@ STOPS = 9
 KINDS = "diffuse", "GGX", "Beckmann", "sheen", "diffuse", "GGX"
 
 
-def made_mixture(turn=None, seed=5, channels=3):
+def made_mixture(turn=None, channels=3):
     """A mixture of random numbers that change smoothly with the polar angle, of a fit that is isotropic without a turn.
 
     Its lobes are wide: sums over a grid of directions are good to a thousandth.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(5)
     theta = GRAZING * (1 - np.linspace(1, 0, STOPS) ** 1.5)
 
     def smooth(low, high, *shape):
@@ -41,18 +41,10 @@ def any_mixture(fit):
 
 
 def density(mixture, wo, wi):
-    """With which the shader samples directions by a mixture, per solid angle.
+    """With which the shader samples directions wi (n, 3) by a mixture, per solid angle: (n,).
 
-    Parameters
-    ----------
-    mixture : NodeMixture
-    wo : (3,)
-    wi : (n, 3)
-        In the frame of the shader: x is the first principal axis or, of an isotropic fit, toward the viewer.
-
-    Returns
-    -------
-    (n,)
+    They and wo (3,) are in the frame of the shader: x is the first principal axis or, of an isotropic fit, toward the
+    viewer.
     """
     theta = np.arccos(wo[2])
 

@@ -33,38 +33,20 @@ shader probe(output closure color Result = 0)
 
 
 def probe_osl(fit, code, count, functions="", mixture=None, **tables):
-    """Run OSL code inside Cycles, once a pixel; parameters are those of `probe_scene`.
-
-    Returns
-    -------
-    (count, 3) float32
-    """
+    """Run OSL code inside Cycles, once a pixel, as `probe_scene` has it: (count, 3) float32."""
     scene = probe_scene(fit, code, count, functions, mixture, **tables)
     return render(scene)[::-1, :, :3].reshape(-1, 3)[:count]
 
 
 def probe_scene(fit, code, count, functions="", mixture=None, **tables):
-    """A scene whose picture runs OSL code once a pixel. Replaces whatever file is open.
+    """A scene whose picture runs OSL code once for each of so many pixels. Replaces whatever file is open.
 
-    Parameters
-    ----------
-    fit
-        Its tables are at the code's disposal, and the project's OSL headers.
-    code : str
-        Reads `pixel`, writes `out`, which must not be negative.
-    count : int
-        How many pixels are asked for.
-    functions : str
-        OSL functions that the code calls.
-    mixture : NodeMixture, optional
-        What the shader samples by; otherwise it is any.
-    tables : name to array
-        More arrays for the code to read.
-
-    Returns
-    -------
-    bpy.types.Scene
+    The code reads `pixel`, the tables of the fit and of the mixture, which is any where none is given, and more tables
+    by their names; it calls the project's OSL headers, and these functions. It writes `out`, which is not negative.
     """
+    from measured_brdf.addon.core.blender import osl_support
+
+    assert not osl_support.reason_unavailable()
     width = max(4, math.ceil(math.sqrt(count)))       # Blender renders no smaller pictures
     arrays = "".join(_exactly(name, np.ravel(table)) for name, table in tables.items())
     source = bake(fit, PROBE % (functions, arrays, width, code), any_mixture(fit) if mixture is None else mixture)

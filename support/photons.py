@@ -8,10 +8,14 @@ The walk (intern/cycles/kernel/integrator/subsurface_random_walk.h, Blender 5.0)
 after 256 steps, and where the single-scattering albedo is below .2 it is .2, and the walk counts less.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from fitter.arrays import FloatArray
+from fitter.optics.subsurface import Subsurface, color_to_single_scattering
 
+SHARES = 0.5, 0.9                   # of the light that leaves: radii are compared within which these do
 STEPS, LEAST_ALBEDO = 256, 0.2      # of Cycles' walk
 _FADED = 0.1                        # weight below which half of the photons are given up, and the rest count twice
 
@@ -83,6 +87,19 @@ def quantile(found: tuple[FloatArray, FloatArray], share: float) -> float:
     order = np.argsort(distance)
     total = np.cumsum(weight[order])
     return float(distance[order][np.searchsorted(total, share * total[-1])])
+
+
+def compare_walk(medium: Subsurface, count: int) -> Iterator[tuple[list[float], list[float]]]:
+    """Of each channel: albedo, and the radii of `SHARES` in mm, below a surface and by Cycles' walk with the inputs
+    that the extension gives it."""
+    walk = medium.walk
+    both = zip(medium.single_scattering_albedo, medium.mean_free_path, strict=True)
+    for channel, (scattered, path) in enumerate(both):
+        truth = radii(scattered, medium.index, count)
+        walks = cycles_radii(color_to_single_scattering(walk.color[channel]), walk.entry, count)
+        yield tuple([float(found[1].sum()) + more, *(length * quantile(found, each) for each in SHARES)]
+                    for found, length, more in ((truth, path, 0.0),
+                                                (walks, walk.radius[channel] / (4 * np.pi), walk.rest[channel])))
 
 
 def straight_radii(albedo: float, count: int, seed: int = 2) -> tuple[FloatArray, FloatArray]:

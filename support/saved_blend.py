@@ -19,7 +19,6 @@ INPUTS = {"Tint": (0.5, 0.25, 1.0, 1.0), "Strength": 0.5}
 
 
 def main():
-    """Write the file."""
     extension = checkout.extension()
     extension.register()
     try:

@@ -5,7 +5,7 @@ import numpy as np
 
 from fitter.imaging.pictures import srgb
 
-from .stage import add, black_scene, blank_material, render
+from .stage import add, black_scene, render, simple_material
 
 BACKDROP = 0.02             # scene-linear grey behind transparent pixels, so that a dark limb can be seen
 CAPTION_HEIGHT = 28
@@ -13,10 +13,14 @@ _GAP = 4
 
 
 def tile(picture, text):
-    """A rendered picture (height, width, 4) as display-referred sRGB (height + caption, width, 3) with its caption."""
-    alpha = picture[..., 3:]
-    shown = srgb(picture[..., :3] + (1 - alpha) * BACKDROP)
-    return np.concatenate([shown, caption(text, picture.shape[1])])
+    """A rendered picture (height, width, 3 or 4) as display-referred sRGB (height + caption, width, 3), with its
+    caption."""
+    return np.concatenate([_over_backdrop(picture), caption(text, picture.shape[1])])
+
+
+def _over_backdrop(picture):
+    alpha = picture[..., 3:] if picture.shape[2] == 4 else 1
+    return srgb(picture[..., :3] + (1 - alpha) * BACKDROP)
 
 
 def caption(text, width):
@@ -25,12 +29,9 @@ def caption(text, width):
     curve = bpy.data.curves.new("Caption", "FONT")
     curve.body, curve.size = text, min(20, 1.7 * width / max(len(text), 1))
     curve.align_x, curve.align_y = "CENTER", "CENTER"
-    material, glow, surface = blank_material("Caption", "ShaderNodeEmission")
-    material.node_tree.links.new(glow.outputs[0], surface)
-    curve.materials.append(material)
+    curve.materials.append(simple_material("Caption", "ShaderNodeEmission"))
     add(curve)
-    picture = render(scene)
-    return srgb(picture[..., :3] + (1 - picture[..., 3:]) * BACKDROP)
+    return _over_backdrop(render(scene))
 
 
 def write(path, rows):

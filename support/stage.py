@@ -42,7 +42,6 @@ def black_scene(width, height, samples, span):
 
 
 def background(scene, strength, color=(1, 1, 1)):
-    """An even world."""
     inputs = scene.world.node_tree.nodes["Background"].inputs
     inputs["Strength"].default_value = strength
     inputs["Color"].default_value = (*color, 1)
@@ -63,7 +62,6 @@ def sky_image(radiance):
 
 
 def add(data, location=(0, 0, 0), rotation=(0, 0, 0)):
-    """An object in the scene."""
     item = bpy.data.objects.new(data.name, data)
     item.location, item.rotation_euler = location, rotation
     bpy.context.scene.collection.objects.link(item)
@@ -71,7 +69,6 @@ def add(data, location=(0, 0, 0), rotation=(0, 0, 0)):
 
 
 def add_lamp(kind, energy, location=(0, 0, 0), rotation=(0, 0, 0), **settings):
-    """A lamp in the scene."""
     data = bpy.data.lights.new(kind.title(), kind)
     data.energy = energy
     for name, value in settings.items():
@@ -164,6 +161,15 @@ def blank_material(name, shader):
     return material, tree.nodes.new(shader), tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
 
 
+def simple_material(name, shader, inputs=None):
+    """A material of one node of the type `shader`, with values of its inputs by name, which the surface shows."""
+    material, node, surface = blank_material(name, shader)
+    for socket, value in (inputs or {}).items():
+        node.inputs[socket].default_value = value
+    material.node_tree.links.new(node.outputs[0], surface)
+    return material
+
+
 def material_for(fit, nodes=None):
     """A material that holds a fit in the extension's node group; the extension must be registered.
 
@@ -189,15 +195,27 @@ def osl_material_for(fit):
 def add_eevee_output(material):
     """Have EEVEE show what a material's group has for it, and Cycles the rest, as in the extension's materials."""
     tree = material.node_tree
-    group = next(node for node in tree.nodes if node.type == "GROUP")
     next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL").target = "CYCLES"
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.target = "EEVEE"
-    tree.links.new(group.outputs["EEVEE"], output.inputs["Surface"])
+    tree.links.new(group_node(material).outputs["EEVEE"], output.inputs["Surface"])
+
+
+def group_node(material):
+    """The first group of a material's tree: of those of `material_for` the fit's."""
+    return next(node for node in material.node_tree.nodes if node.type == "GROUP")
 
 
 def set_input(material, name, value):
-    next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs[name].default_value = value
+    group_node(material).inputs[name].default_value = value
+
+
+def connect_vector(material, name, vector):
+    """Connect an input of the group to a vector, as nodes compute normals, tangents and tints."""
+    node = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
+    for socket, value in zip(node.inputs, vector, strict=True):
+        socket.default_value = value
+    material.node_tree.links.new(node.outputs[0], group_node(material).inputs[name])
 
 
 def render_in_eevee(scene, samples):

@@ -3,14 +3,13 @@
 Each kind has two materials, "a" and "b", of different parameters: constants of a method are chosen on the one and
 judged on the other. A `Truth` has the `evaluate` of a model, so that a fit can be compared with it everywhere.
 `neural` adds the trained nets of the MERL and RGL materials as truths.
-
-    python -m support.truths        lists them
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from fitter.arrays import unit_vectors
 from fitter.formats.curet import geometry as curet_geometry
 from fitter.model.microfacet import Microfacet, geometry
 from fitter.samples import RGB, Samples
@@ -23,21 +22,12 @@ _FLOOR = 1e-4               # and absolute, 1/sr
 
 @dataclass(frozen=True)
 class Truth:
-    """A reflectance known everywhere.
-
-    Attributes
-    ----------
-    name, kind : str
-    function : callable
-        Of four angles (n,), radians: (n, 3) float64, 1/sr.
-    noise : float
-        Relative standard deviation of a measurement.
-    """
+    """A reflectance known everywhere."""
 
     name: str
     kind: str
-    function: object
-    noise: float = NOISE
+    function: object            # of four angles (n,), radians: (n, 3) float64, 1/sr
+    noise: float = NOISE        # relative standard deviation of a measurement
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
         """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., 3) float64."""
@@ -207,20 +197,11 @@ def neural_names(family):
 
 def _rusinkiewicz(theta_i, phi_i, theta_o, phi_o):
     """Half and difference vectors of S. Rusinkiewicz 1998, the half vector turned to azimuth 0: (n, 6) float64."""
-    unit = [np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-            for theta, phi in ((theta_i, phi_i), (theta_o, phi_o))]
-    half = unit[0] + unit[1]
+    incident = unit_vectors(theta_i, phi_i)
+    half = incident + unit_vectors(theta_o, phi_o)
     half /= np.maximum(np.linalg.norm(half, axis=-1, keepdims=True), 1e-12)
     theta_h, phi_h = np.arccos(np.clip(half[:, 2], -1, 1)), np.arctan2(half[:, 1], half[:, 0])
-    x, y, z = unit[0].T
+    x, y, z = incident.T
     x, y = np.cos(phi_h) * x + np.sin(phi_h) * y, np.cos(phi_h) * y - np.sin(phi_h) * x
     x, z = np.cos(theta_h) * x - np.sin(theta_h) * z, np.sin(theta_h) * x + np.cos(theta_h) * z
     return np.stack([np.sin(theta_h), 0 * theta_h, np.cos(theta_h), x, y, z], axis=-1)
-
-
-if __name__ == "__main__":
-    for name, truth in TRUTHS.items():
-        for instrument in INSTRUMENTS:
-            samples = truth.measured(instrument)
-            print(f"{name:16} {instrument:12} {len(samples):6} samples, {samples.values.min():9.4f} "
-                  f"to {samples.values.max():9.3f} / sr")

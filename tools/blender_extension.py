@@ -8,14 +8,8 @@ import runpy
 import sys
 from pathlib import Path
 
-
-def command_path():
-    """The program that `blender --command extension` runs."""
-    bpy = Path(importlib.util.find_spec("bpy").origin).parent
-    return next(bpy.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
-
-
 if __name__ == "__main__":
-    program = command_path()
+    bpy = Path(importlib.util.find_spec("bpy").origin).parent
+    program = next(bpy.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
     sys.argv[0] = str(program)
     runpy.run_path(str(program), run_name="__main__")

@@ -11,7 +11,6 @@ is made by which command. A command prints its tables by `support.evidence.show`
 """
 
 import argparse
-import json
 import re
 import shutil
 import subprocess
@@ -27,7 +26,6 @@ from support.evidence import END, FITS, SHADER, digest
 
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md")])
 PICTURES = ROOT / "docs" / "pictures.md"
-TIMES = ROOT / "build" / "evidence.json"
 _BLOCK = re.compile(rf"<!-- evidence: ([\w-]+)(?: (\w+))? -->(.*?){re.escape(END)}", re.DOTALL)
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
@@ -40,30 +38,14 @@ _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window
 
 @dataclass(frozen=True)
 class Entry:
-    """What one command makes.
+    """What one command makes."""
 
-    Attributes
-    ----------
-    command : str
-        Of this repository, as a shell would take it; `python` is this interpreter.
-    tables : tuple of str
-        The names that it prints.
-    measured : tuple of str
-        Files and folders, from the root of the repository, that the numbers and pictures depend on.
-    pictures : tuple of str
-        Pictures below docs/, or patterns of them.
-    made_in : str
-        The folder in which the command makes them; from there they are copied.
-    needs : str
-        A file without which it cannot be made.
-    """
-
-    command: str
-    tables: tuple[str, ...] = ()
-    measured: tuple[str, ...] = ()
-    pictures: tuple[str, ...] = ()
-    made_in: str = "docs"
-    needs: str = ""
+    command: str                        # of this repository, as a shell would take it; `python` is this interpreter
+    tables: tuple[str, ...] = ()        # the names that it prints
+    measured: tuple[str, ...] = ()      # files and folders, from the root, that the numbers and pictures depend on
+    pictures: tuple[str, ...] = ()      # below docs/, or patterns of them
+    made_in: str = "docs"               # the folder in which the command makes them; from there they are copied
+    needs: str = ""                     # a file without which it cannot be made
 
 
 ENTRIES = {
@@ -106,7 +88,8 @@ ENTRIES = {
                       ("held_out_spheres.png",), "build/held_out"),
     "report": Entry("python -m benchmarks.report --out build/report", (
         "report-claim", "report-errors", "report-times", "report-storage", "report-methods", "report-pictures",
-        "report-beats-baselines", "report-beats-all", "report-krylon", "report-bytes"), (*FITS, "benchmarks/report"),
+        "report-beats-baselines", "report-beats-all", "report-krylon", "report-bytes"),
+        (*FITS, "benchmarks/report", "benchmarks/dense/image_errors.py"),
         ("figure_1_errors.png", "figure_2_times.png", "figure_5_storage.png", "figure_8_compression.png"),
         "build/report"),
     "title": Entry("python -m demo_scenes.title --out docs/title", measured=(*SHADER, *_SCENES),
@@ -148,11 +131,6 @@ def written(page, bodies, known):
     return _BLOCK.sub(put, page)
 
 
-def pictured(page, patterns, known):
-    """docs/pictures.md with a new digest in the rows of some pictures."""
-    return _ROW.sub(lambda row: f"| `{row[1]}` | `{row[2]}` | {known} |" if row[1] in patterns else row[0], page)
-
-
 def stale():
     """The tables and pictures older than what they measure, with the names of their entries; and of how many."""
     stated = [(name, known) for page in PAGES for name, known in states(page.read_text("utf-8"))]
@@ -165,6 +143,8 @@ def stale():
 def make(name):
     """Run the command of an entry, and write what it made where it stands."""
     entry, known = ENTRIES[name], now(name)
+    if entry.needs and not Path(entry.needs).exists():
+        raise RuntimeError(f"not made, there is no {entry.needs}")
     command = [sys.executable if word == "python" else word for word in entry.command.split()]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode:
@@ -178,7 +158,9 @@ def make(name):
     for page in PAGES:
         text = page.read_text("utf-8")
         new = written(text, bodies, known)
-        new = pictured(new, entry.pictures, known) if page == PICTURES else new
+        if page == PICTURES:
+            new = _ROW.sub(lambda row: f"| `{row[1]}` | `{row[2]}` | {known} |" if row[1] in entry.pictures else row[0],
+                           new)
         if new != text:
             with replace_file(page, "w") as stream:
                 stream.write(new)
@@ -198,23 +180,16 @@ def main():
         print(f"{len(old)} of {count} tables and pictures are older than the code that they measure")
         return 1 if old else 0
     wanted = options.names or ([name for name in ENTRIES if name in old.values()] if options.stale else [*ENTRIES])
-    seconds, failed = {}, []
+    begun, failed = time.perf_counter(), []
     for name in wanted:
         start = time.perf_counter()
-        if ENTRIES[name].needs and not Path(ENTRIES[name].needs).exists():
-            failed.append(name)
-            print(f"{name}: not made, there is no {ENTRIES[name].needs}", flush=True)
-            continue
         try:
             make(name)
         except RuntimeError as error:
             failed.append(name)
             print(f"{name}: {error}", flush=True)
-        seconds[name] = time.perf_counter() - start
-        print(f"{name}: {seconds[name] / 60:.1f} minutes", flush=True)
-        TIMES.parent.mkdir(exist_ok=True)
-        TIMES.write_text(json.dumps(seconds, indent=1))
-    print(f"{sum(seconds.values()) / 60:.0f} minutes" + (f"; not made: {', '.join(failed)}" if failed else ""))
+        print(f"{name}: {(time.perf_counter() - start) / 60:.1f} minutes", flush=True)
+    print(f"{(time.perf_counter() - begun) / 60:.0f} minutes" + (f"; not made: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 
 

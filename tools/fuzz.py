@@ -65,13 +65,12 @@ def seeds():
     """Whole files to start from: {name: content}."""
     rng = np.random.default_rng(7)
     numbers = rng.random((40, 7)) * [1.5, 0, 1.5, 6, 1, 1, 1]
-    rows = [",".join(f"{number:.6f}" for number in row) for row in numbers]
     bands = np.arange(400, 701, 20)
-    spectra_rows = [" ".join(f"{number:.5g}" for number in [*row[:4], *np.full(len(bands), row[4])]) for row in numbers]
     found = {
-        "astm, made": "\n".join(["SAMPLE_NAME Made", f"NUM_POINTS {len(rows)}",
-                                 "VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]).encode(),
-        "pbrt, made": "\n".join(["# made", str(len(bands)), " ".join(map(str, bands)), *spectra_rows]).encode(),
+        "astm, made": _text("SAMPLE_NAME Made", f"NUM_POINTS {len(numbers)}", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B",
+                            table=numbers),
+        "pbrt, made": _text("# made", str(len(bands)), " ".join(map(str, bands)), form=".5g", separator=" ",
+                            table=[[*row[:4], *np.full(len(bands), row[4])] for row in numbers]),
         "curet, made": "\n".join(" ".join([str(n), *(f"{value:.3f}" for value in rng.random(205))])
                                  for n in (3, 1, 61)).encode(),
         "matlab, made": _matlab(rng, deflated=False), "matlab, deflated": _matlab(rng, deflated=True),
@@ -91,26 +90,30 @@ def seeds():
         "utia, made": utia_files.pack(utia_files.values_of(anisotropic_instruments.ggx())),
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
-    found["astm, other columns"] = "\n".join(["VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]", *(
-        "\t".join(f"{number:.4f}" for number in row[:5] * [57, 57, 1, 57, 57]) for row in numbers[:, [1, 2, 4, 3, 0]])]
-    ).encode()
-    found["table, made"] = "\n".join(["# angles: radians", "theta_i;theta_o;phi;R;G;B", *(
-        ";".join(f"{number:.6f}" for number in row[[0, 2, 3, 4, 5, 6]]).replace(".", ",") for row in numbers)]).encode()
-    found["table, a cosine and a standard"] = "\n".join(
-        ["# standard: 0.9", "theta_i[deg],phi_i[deg],theta_r[deg],phi_r[deg],BRDF*cos_o,standard", *(
-            ",".join(f"{number:.4f}" for number in row[:6] * [57, 57, 57, 57, 1, 1] + [0, 0, 0, 0, 0, 0.1])
-            for row in numbers)]).encode()
+    found["astm, other columns"] = _text("VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]",
+                                         table=numbers[:, [1, 2, 4, 3, 0]] * [57, 57, 1, 57, 57], form=".4f",
+                                         separator="\t")
+    found["table, made"] = _text("# angles: radians", "theta_i;theta_o;phi;R;G;B", table=numbers[:, [0, 2, 3, 4, 5, 6]],
+                                 separator=";").replace(b".", b",")
+    found["table, a cosine and a standard"] = _text(
+        "# standard: 0.9", "theta_i[deg],phi_i[deg],theta_r[deg],phi_r[deg],BRDF*cos_o,standard", form=".4f",
+        table=numbers[:, :6] * [57, 57, 57, 57, 1, 1] + [0, 0, 0, 0, 0, 0.1])
     turns = anisotropic_instruments.grid((20, 50), (0, 30, 60, 90), (0, 20, 40, 60), range(0, 360, 45))
     turned = np.column_stack([*np.degrees(turns), anisotropic_instruments.ggx()(*turns)])
-    found["table, rotations"] = "\n".join(["# symmetry: 180 degrees and mirror", "theta_i,phi_i,theta_o,phi_o,R,G,B", *(
-        ",".join(f"{number:.6g}" for number in row) for row in turned)]).encode()
-    found["astm, Light Tec"] = "\n".join(["VARS theta_i,phi_i,theta_s,465nm,525nm,630nm", *rows]).encode()
+    found["table, rotations"] = _text("# symmetry: 180 degrees and mirror", "theta_i,phi_i,theta_o,phi_o,R,G,B",
+                                      table=turned, form=".6g")
+    found["astm, Light Tec"] = _text("VARS theta_i,phi_i,theta_s,465nm,525nm,630nm", table=numbers)
     folder = checkout.measurements()
     for path in (folder / "cornell" / "garnet_red_RGB.astm", folder / "cornell" / "krylon_blue.astm",
                  folder / "cornell" / "garnet_red.brdf", folder / "curet" / "abrdf.dat"):
         if path.is_file():
             found[path.name] = _beginning(path.read_bytes())
     return found
+
+
+def _text(*head, table, form=".6f", separator=","):
+    """Lines, and rows of numbers below them."""
+    return "\n".join([*head, *(separator.join(f"{number:{form}}" for number in row) for row in table)]).encode()
 
 
 def _saved(numbers):
@@ -251,16 +254,8 @@ def case(files, number):
 
 def check(content, path):
     """Read a case with `fitter.load`, with options too, by the command line and as the panel does, fit it, bake some
-    fits, and raise AssertionError where it breaks a promise.
-
-    Returns
-    -------
-    outcome : str
-        "refused" or "read".
-    seconds : float
-    memory : float
-        Times the file, beyond what any file takes.
-    """
+    fits, and raise AssertionError where it breaks a promise: "refused" or "read", seconds, and memory, times the file,
+    beyond what any file takes."""
     path.write_bytes(content)
     samples, message, seconds, memory = _measured(fitter.load, path, content, _OVERHEAD)
     assert str(path) in message, f"the message does not name the file: {message}"

@@ -10,7 +10,6 @@ of `tests/addon` is run for it.
 
     python -m tools.mutants                                 # all of them
     python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files
-    python -m tools.mutants --every 10                      # every tenth
     python -m tools.mutants --list                          # list, run nothing
 """
 
@@ -58,27 +57,15 @@ UNSEEN = {"addon/core/libraries/library_file.py": (_LIBRARY,), "addon/library/ba
 class Mutant(NamedTuple):
     """A checkout without one guard.
 
-    Attributes
-    ----------
-    path : str
-        The file, relative to the checkout.
-    line : int
-    change : str
-        What was taken out, in a line.
-    text : str
-        The file as it is without.
-    tests : tuple of str
-        What is run: arguments of pytest; of Python, the map says it.
-    reached : range
-        The lines of a statement that runs in each test that can notice: of an `if` that is never entered, what it
-        begins with.
+    `reached` are the lines of a statement that runs in each test that can notice: of an `if` that is never entered,
+    what it begins with.
     """
 
-    path: str
+    path: str                   # of the file, relative to the checkout
     line: int
-    change: str
-    text: str
-    tests: tuple
+    change: str                 # what was taken out, in a line
+    text: str                   # the file as it is without
+    tests: tuple                # arguments of pytest; of Python, the map says it
     reached: range = range(0)
 
 
@@ -169,20 +156,13 @@ def mutants(paths):
 class Reaching(NamedTuple):
     """A test that reaches a line of a file.
 
-    Attributes
-    ----------
-    cost : float
-        Its seconds over the share of the lines that it reaches that are of the file: what is quick and looks at little
-        else is the likeliest to notice soon.
-    seconds : float
-    place : int
-        Among all tests.
-    test : str
+    Its cost are its seconds over the share of the lines that it reaches that are of the file: what is quick and looks
+    at little else is the likeliest to notice soon.
     """
 
     cost: float
     seconds: float
-    place: int
+    place: int                  # among all tests
     test: str
 
     @property
@@ -296,11 +276,10 @@ def main():
     """Print a line for each mutant, and a summary. It says something only where the tests pass without a mutation."""
     parser = argparse.ArgumentParser(prog="python -m tools.mutants", description="Which tests notice a missing guard?")
     parser.add_argument("paths", nargs="*", metavar="FILE", help="files to mutate, relative to the checkout")
-    parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th mutant")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="copies that are tested at once")
     parser.add_argument("--list", action="store_true", help="list the mutants, run nothing")
     chosen = parser.parse_args()
-    made = mutants(chosen.paths or [*GUARDED, *dict.fromkeys(guard.path for guard in SHADER_GUARDS)])[::chosen.every]
+    made = mutants(chosen.paths or [*GUARDED, *dict.fromkeys(guard.path for guard in SHADER_GUARDS)])
     if chosen.list:
         for mutant in made:
             print(f"{mutant.path}:{mutant.line} {mutant.change}")

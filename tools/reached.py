@@ -8,6 +8,7 @@ import json
 import sys
 import threading
 import time
+from functools import cache
 
 import pytest
 
@@ -15,7 +16,6 @@ from support.checkout import ROOT
 from support.evidence import digest
 
 _reached = set()
-_traced = {}
 
 
 def path():
@@ -37,10 +37,9 @@ def pytest_sessionfinish(session, exitstatus):
         session.config.reached_part.rename(path())
 
 
+@cache
 def _is_traced(file):
-    if file not in _traced:
-        _traced[file] = file.startswith(str(ROOT / "addon")) and file.endswith(".py")
-    return _traced[file]
+    return file.startswith(str(ROOT / "addon")) and file.endswith(".py")
 
 
 def _on_call(frame, event, _argument):

@@ -15,17 +15,8 @@ CONSTANT = "all values equal"
 
 
 def measure(samples, fit):
-    """What is expected of a fit, measured.
-
-    Returns
-    -------
-    finite : bool
-        Everywhere, not only at the samples.
-    largest : float
-        The largest absolute value anywhere, over that of the samples.
-    error : float
-        RMSE at the samples, over the largest absolute value of the samples.
-    """
+    """What is expected of a fit: whether it is finite everywhere, not only at the samples; its largest absolute value
+    anywhere, and its RMSE at the samples, over the largest absolute value of these."""
     everywhere = fit.evaluate(*probe())
     scale = np.abs(samples.values).max() or 1.0
     error = np.sqrt(np.mean((fit.evaluate(*samples.directions) - samples.values) ** 2 / scale ** 2))

@@ -2,16 +2,19 @@
 
 `make test` runs all quick tests on the Blender that pyproject.toml pins for its Python. DEPENDS are run on 4.2, 4.5 and
 5.2: what is stored, compiled, imported, rendered and packed. Environments that are missing are made,
-`build/env-bpy-VERSION`, with the same tools. `python -m tools.test_matrix tests/addon/core` runs some of the tests.
+`build/env-bpy-VERSION`, with the same tools. `python -m tools.test_matrix tests/addon/core` runs some of the tests;
+`python -m tools.test_matrix save|open FILE` is what it does in each Blender with a .blend.
 """
 
 import json
+import os
 import shutil
 import subprocess
 import sys
 import time
 import tomllib
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 from typing import NamedTuple
 
 from support.checkout import ROOT
@@ -32,10 +35,13 @@ DEPENDS = ("tests/addon/core", "tests/addon/importing", "tests/osl", "tests/proj
 MATRIX = (Blender("4.2.23", "3.11", ("bpy==4.2.23", "numpy==1.26.4", "OpenImageIO==3.0.6.1")),
           Blender("4.5.15", "3.11", ("bpy==4.5.15", "numpy==1.26.4")),
           Blender("5.2.3", "3.13"))
+CHOICES = ("sample", "diffuse_level", "specular_level", "compression")
 
 
 def main():
     """Print a row for each Blender and each file that the newest opens; the exit code is 1 where something fails."""
+    if sys.argv[1:2] in (["save"], ["open"]):
+        _blend(*sys.argv[1:])
     environments = {blender: _environment(blender) for blender in MATRIX}
     print(f"{'Blender':8} {'Python':7} {'NumPy':7} {'passed':>6} {'failed':>6} {'skipped':>7} {'s':>5}")
     outcomes = [_test(blender, python, sys.argv[1:] or DEPENDS) for blender, python in environments.items()]
@@ -117,8 +123,8 @@ def _upgrade(old, old_python, new, new_python):
     blend = BUILD / f"saved-in-{old.version}.blend"
     said = []
     for python, task in ((old_python, "save"), (new_python, "open")):
-        done = subprocess.run([python, "-m", "tools.blend_file", task, blend], cwd=ROOT, capture_output=True, text=True,
-                              check=False)
+        done = subprocess.run([python, "-m", "tools.test_matrix", task, blend], cwd=ROOT, capture_output=True,
+                              text=True, check=False)
         if done.returncode:
             print(f"saved in {old.version}, {task} failed: {done.stderr.strip().splitlines()[-1:]}")
             return False
@@ -128,6 +134,38 @@ def _upgrade(old, old_python, new, new_python):
     print(f"saved in {old.version}, opened in {new.version}: mean of the picture {saved['mean']:.5f}, "
           f"{opened['mean']:.5f}; fitted again there {opened['refitted']:.5f}{'' if same else '  DIFFERENT'}")
     return same
+
+
+def _blend(task, path):
+    """Save a .blend with a measured material, or open it and fit the material again: print what is found as JSON."""
+    import bpy
+
+    from support import checkout, stage
+    from tools import fuzz
+
+    def found(scene):
+        settings = next(item.active_material for item in scene.objects if item.type == "MESH").measured_brdf
+        return {"mean": float(stage.render(scene)[..., :3].mean()),
+                "choices": [getattr(settings, name) for name in CHOICES]}
+
+    checkout.extension().register()
+    if task == "save":
+        scene = stage.black_scene(32, 32, samples=64, span=2)
+        stage.add_lamp("POINT", 100, (2, 1, 4), shadow_soft_size=0)
+        stage.add_sphere()
+        measurements = Path(path).with_suffix(".astm")
+        measurements.write_bytes(fuzz.seeds()["astm, made"])
+        bpy.ops.measured_brdf.import_data(filepath=str(measurements), diffuse_level=3, specular_level=5,
+                                          compression=90.0)
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        told = found(scene)
+    else:
+        bpy.ops.wm.open_mainfile(filepath=path)
+        told = found(bpy.context.scene)
+        assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+        told["refitted"] = found(bpy.context.scene)["mean"]
+    print("\n" + json.dumps(told), flush=True)
+    os._exit(0)         # bpy 4.2 as a module does not survive an end of its own (`support.stage.EXITS`)
 
 
 if __name__ == "__main__":

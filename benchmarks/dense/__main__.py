@@ -12,9 +12,9 @@ from . import materials
 from .bench import BENCH
 
 
-def main(arguments=None):
+def main():
     """Judge the materials that the command names."""
-    options = running.parser(BENCH, __doc__).parse_args(arguments)
+    options = running.parser(BENCH, __doc__).parse_args()
     running.main(BENCH, *materials.at_hand(options.names), options)
 
 

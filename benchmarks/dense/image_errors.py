@@ -6,6 +6,7 @@
   of BT.2100's PQ, so that highlights count that are clipped as shown. 1 is just visible.
 """
 
+import flip_evaluator
 import numpy as np
 
 from fitter.imaging.pictures import srgb
@@ -26,19 +27,9 @@ def exposure(truth):
 
 
 def errors(truth, found, inside):
-    """Errors of a picture.
+    """psnr (infinite for equal pictures), mae, flip and delta_e_itp of a picture against the truth, over pixels inside.
 
-    Parameters
-    ----------
-    truth, found : (height, width, 3)
-        Scene-linear; exposed as the truth is.
-    inside : (height, width) bool
-        The pixels that count.
-
-    Returns
-    -------
-    dict
-        psnr (infinite for equal pictures), mae, flip (None where flip-evaluator is not installed) and delta_e_itp.
+    Both are scene-linear, (height, width, 3), and are exposed as the truth is.
     """
     scale = exposure(truth[inside])
     shown = [srgb(scale * of) for of in (truth, found)]
@@ -50,11 +41,7 @@ def errors(truth, found, inside):
 
 
 def flip(reference, picture, inside):
-    """Mean FLIP of two sRGB pictures over the pixels inside; None where flip-evaluator is not installed."""
-    try:
-        import flip_evaluator
-    except ImportError:
-        return None
+    """Mean FLIP of two sRGB pictures over the pixels inside."""
     found, _, _ = flip_evaluator.evaluate(*(np.ascontiguousarray(of, np.float32) for of in (reference, picture)), "LDR",
                                           applyMagma=False, parameters={"ppd": PIXELS_PER_DEGREE})
     return float(np.asarray(found).reshape(*inside.shape, -1)[inside].mean())

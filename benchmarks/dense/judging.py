@@ -27,7 +27,7 @@ from fitter.samples import distinct_channels, subset
 
 from ..harness.judging import KINDS, are_judged, attempted, directions, errors
 from ..report.baselines import ggx
-from . import image_errors, sky, sphere
+from . import image_errors, sphere
 
 OWN = ("Draft", "Standard", "Reference", "Paper")
 GGX = "GGX"
@@ -39,15 +39,8 @@ TRUTH = "truth"
 _SEED = 2012
 
 
-def judge(material, presets=OWN, scene=None):
+def judge(material):
     """Fit the presets and GGX to a material, and measure them and the published models.
-
-    Parameters
-    ----------
-    material : Material
-    presets : sequence of str
-    scene : sphere.Scene, optional
-        By default that of `sphere.scene` under `sky.clear`.
 
     Returns
     -------
@@ -60,8 +53,7 @@ def judge(material, presets=OWN, scene=None):
         Of the truth and the models: (size, size, 3) float32, scene-linear.
     """
     opened = material.open()
-    samples, truth = opened.samples, opened.truth
-    scene = sphere.scene(sky.clear) if scene is None else scene
+    samples, truth, scene = opened.samples, opened.truth, sphere.scene()
     between = directions()
     exact, true_picture = np.maximum(sphere.evaluated(truth, between), 0), sphere.render(truth, scene)
     pictures = {TRUTH: true_picture.astype(np.float32)}
@@ -82,13 +74,13 @@ def judge(material, presets=OWN, scene=None):
 
     unknown = "bytes", *ERRORS, *RENDERED
     models = {name: attempted(partial(measured, name, make), unknown)
-              for name, make in _makers(samples, presets, opened.rivals).items()}
+              for name, make in _makers(samples, opened.rivals).items()}
     models |= {name: dict.fromkeys(unknown) | {"bytes": size, "seconds": 0.0} for name, size in opened.stored.items()}
     return {"name": material.name, "family": material.family, "samples": len(samples),
             "channels": len(distinct_channels(samples)[0].channels), "models": models}, pictures
 
 
-def _makers(samples, presets, rivals):
+def _makers(samples, rivals):
     """Functions without arguments that return each model. The presets of one method share what `prepare` does."""
     prepared = {}
 
@@ -100,7 +92,7 @@ def _makers(samples, presets, rivals):
             prepared[preset["method"]] = prepare(samples, preset["method"])
         return fitter.fit(samples, **preset, **prepared[preset["method"]])
 
-    makers = {name: (lambda name=name: of_preset(name)) for name in presets}
+    makers = {name: (lambda name=name: of_preset(name)) for name in OWN}
     return makers | {name: (lambda model=model: model) for name, model in rivals.items()} | {
         GGX: lambda: ggx.fit(_thinned(_below(samples), GGX_SAMPLES))}
 

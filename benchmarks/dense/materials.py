@@ -57,38 +57,20 @@ MERL = {
 
 @dataclass(frozen=True)
 class Opened:
-    """What is known of a material.
-
-    Attributes
-    ----------
-    samples : Samples
-    truth : Reflectance
-    rivals : dict
-        Published models, by name.
-    stored : dict
-        Bytes of published models that the samples themselves are made of, by name.
-    """
+    """What is known of a material."""
 
     samples: Samples
     truth: Reflectance
-    rivals: dict[str, Model]
-    stored: dict[str, int] = field(default_factory=dict)
+    rivals: dict[str, Model]                                # published models, by name
+    stored: dict[str, int] = field(default_factory=dict)    # bytes of those that the samples are made of
 
 
 @dataclass(frozen=True)
 class Material:
-    """A dense measurement, which another process can open.
-
-    Attributes
-    ----------
-    name : str
-    family : one of FAMILIES
-    open : callable
-        Returns the `Opened`.
-    """
+    """A dense measurement, which another process can open."""
 
     name: str
-    family: str
+    family: str                 # one of FAMILIES
     open: Callable[[], Opened]
 
 

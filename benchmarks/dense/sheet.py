@@ -44,8 +44,8 @@ def _figure(shown):
             over = cover[..., None] * inside[..., None]
             axis.imshow(over * srgb(scale * pictures[name]) + (1 - over) * _BACKGROUND, origin="lower")
             row = record["models"].get(name)
-            title = f"{record['name']}\n{name}" if row is None else f"{name}, {row['bytes']:,} bytes\n" + (
-                "" if row["flip"] is None else f"FLIP {row['flip']:.3f}")
+            title = (f"{record['name']}\n{name}" if row is None
+                     else f"{name}, {row['bytes']:,} bytes\nFLIP {row['flip']:.3f}")
             axis.set_title(title, color=_INK, fontsize=9, pad=2)
     return figure
 

@@ -35,13 +35,8 @@ _LOWEST = 0.01              # cosine from the zenith: the model ends at the hori
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """An image of all directions.
-
-    Attributes
-    ----------
-    radiance : (rows, 2 rows, 3) float64
-        Rows from the zenith to the nadir, even in the polar angle; columns even in the azimuth from x towards z.
-    """
+    """An image of all directions, (rows, 2 rows, 3): rows from the zenith to the nadir, even in the polar angle, and
+    columns even in the azimuth from x towards z."""
 
     radiance: np.ndarray
 
@@ -71,10 +66,10 @@ class Sky:
 
 
 @cache
-def clear(rows=ROWS):
+def clear():
     """The sky that the module describes."""
-    centre = directions(rows)
-    _, area = _chances(np.ones((rows, 2 * rows, 3)))
+    centre = directions(ROWS)
+    _, area = _chances(np.ones((ROWS, 2 * ROWS, 3)))
     up = np.maximum(centre[..., 1], 0) * area[:, None]
     dome = np.where(centre[..., 1:2] > 0, preetham(centre, SUN, TURBIDITY), 0)
     diffuse = np.einsum("ij,ijc->c", up, dome)
@@ -84,11 +79,6 @@ def clear(rows=ROWS):
     dome += np.where(cosine[..., None] > np.cos(SUN_RADIUS), direct / disk.sum(), 0)
     ground = GROUND / np.pi * (diffuse + direct * SUN[1])
     return Sky(np.where(centre[..., 1:2] > 0, dome, ground))
-
-
-def even(rows=90):
-    """A sky and ground of radiance 1."""
-    return Sky(np.ones((rows, 2 * rows, 3)))
 
 
 def directions(rows):

@@ -22,7 +22,7 @@ from . import sky
 
 SIZE = 96                   # pixels
 ALPHAS = 0.004, 0.02, 0.08, 0.3        # widths of the lobes, as slopes
-_FIBONACCI = {34: 21, 55: 34, 89: 55, 144: 89, 233: 144, 377: 233, 610: 377, 987: 610}
+_FIBONACCI = {34: 21, 89: 55}           # numbers, and those before them
 COUNTS = {"sky": 89, "cosine": 34, "lobe": 34}          # directions of each strategy; those of a lobe for each width
 _CHUNK = 1 << 15            # pairs of directions at a time: bounds the memory
 _SEED = 2021
@@ -30,46 +30,22 @@ _SEED = 2021
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """All that does not depend on the material.
+    """All that does not depend on the material. Angles are about the pixel's normal, radians; phi_i is 0."""
 
-    Attributes
-    ----------
-    inside : (size, size) bool
-        Where the sphere is; the bottom row first.
-    pixel : (n,) int
-        Of each direction to the light, the pixel among those inside.
-    theta_i, theta_o, phi_o : (n,) float64
-        About the pixel's normal, radians; phi_i is 0.
-    weight : (n, 3) float64
-        radiance cos theta_i / p, so that the picture is the sum of f times this.
-    """
-
-    inside: np.ndarray
-    pixel: np.ndarray
-    theta_i: np.ndarray
+    inside: np.ndarray          # (size, size) bool: where the sphere is; the bottom row first
+    pixel: np.ndarray           # (n,) int: of each direction to the light, the pixel among those inside
+    theta_i: np.ndarray         # (n,)
     theta_o: np.ndarray
     phi_o: np.ndarray
-    weight: np.ndarray
+    weight: np.ndarray          # (n, 3): radiance cos theta_i / p, so that the picture is the sum of f times this
 
 
 @cache
-def scene(light=sky.clear, size=SIZE, scale=1, seed=_SEED):
-    """Directions and weights for a sphere under a sky.
-
-    Parameters
-    ----------
-    light : callable
-        Returns the `Sky`.
-    size : int
-        Pixels.
-    scale : int
-        How many Fibonacci numbers further than `COUNTS` the directions are: 2 is 2.6 times as many.
-    seed : int
-        Of the shifts.
-    """
-    image, random = light(), np.random.default_rng(seed)
-    normal, inside, _ = sphere(size)
-    parts = [(kind, alpha, _further(COUNTS[kind], scale)) for kind, alpha in (
+def scene():
+    """Directions and weights for a sphere under `sky.clear`."""
+    image, random = sky.clear(), np.random.default_rng(_SEED)
+    normal, inside, _ = sphere(SIZE)
+    parts = [(kind, alpha, COUNTS[kind]) for kind, alpha in (
         ("sky", None), ("cosine", None), *(("lobe", alpha) for alpha in ALPHAS))]
     toward = np.concatenate([_sampled(kind, alpha, normal, _numbers(count, len(normal), random), image)
                              for kind, alpha, count in parts], axis=1)
@@ -101,11 +77,6 @@ def evaluated(model, directions):
     count = len(directions[0])
     return np.concatenate([model.evaluate(*(angle[first:first + _CHUNK] for angle in directions))
                            for first in range(0, count, _CHUNK)])
-
-
-def _further(count, scale):
-    steps = sorted(_FIBONACCI)
-    return steps[min(steps.index(count) + scale - 1, len(steps) - 1)]
 
 
 def _numbers(count, pixels, random):

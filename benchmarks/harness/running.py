@@ -30,37 +30,17 @@ _MEASURED = (*FITS, "benchmarks/report/baselines", "benchmarks/report/methods.py
 
 @dataclass(frozen=True)
 class Bench:
-    """Things that are judged alike, and what is shown of it.
+    """Things that are judged alike, and what is shown of it. Other processes can import the functions."""
 
-    Attributes
-    ----------
-    name, things : str
-        Of its package and its folder in `build`; and of what it judges, in results.json: "sets".
-    judge, is_whole : callable
-        Of a thing and a folder: its record, with a name, and files beside; of a record and a folder: whether its files
-        are there. Other processes can import them.
-    rows, error : str
-        The entry of a record that has a row for each model, and the error that is told of each row.
-    show, draw : callable
-        Of the results: prints the tables; of the results and their folder: draws pictures into it.
-    measured : tuple of str
-        Files and folders that the numbers depend on, beside the fitter's.
-    """
-
-    name: str
-    things: str
-    judge: Callable
-    is_whole: Callable
-    rows: str
-    error: str
-    show: Callable
-    draw: Callable
-    measured: tuple[str, ...]
-
-    @property
-    def folder(self):
-        """Where it writes by default."""
-        return ROOT / "build" / self.name
+    name: str                   # of its package and its folder in `build`
+    things: str                 # of what it judges, in results.json: "sets"
+    judge: Callable             # of a thing and a folder: its record, with a name, and files beside
+    is_whole: Callable          # of a record and a folder: whether its files are there
+    rows: str                   # the entry of a record that has a row for each model
+    error: str                  # the error that is told of each row
+    show: Callable              # of the results: prints the tables
+    draw: Callable              # of the results and their folder: draws pictures into it
+    measured: tuple[str, ...]   # files and folders that the numbers depend on, beside the fitter's
 
 
 def parser(bench, description):
@@ -70,62 +50,50 @@ def parser(bench, description):
                        help="only those whose names contain one of these; all by default")
     found.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes, default: %(default)s")
     found.add_argument("--resume", action="store_true", help="go on with an interrupted run of the same code")
-    found.add_argument("--out", type=Path, default=bench.folder, help="folder to write, default: %(default)s")
+    found.add_argument("--out", type=Path, default=ROOT / "build" / bench.name, help="folder, default: %(default)s")
     return found
 
 
-def main(bench, found, left_out, options):
-    """Judge what was found, and print the tables; what was left out, and how far it is, goes to standard error."""
+def main(bench, things, left_out, options):
+    """Judge things, which have names, write `results.json` to a folder, and print the tables.
+
+    It holds code, machine, seconds (of processors, over all things), and under the name of its `things` their records,
+    in their order. What was left out, and how far it is, goes to standard error.
+    """
     for reason in left_out:
         print(f"left out: {reason}", file=sys.stderr)
-    if not found:
+    if not things:
         sys.exit(f"no {bench.things} of these names are at hand")
-    results = run(bench, found, options.out, options.jobs, options.resume)
-    bench.draw(results, options.out)
-    bench.show(results)
-    print(f"{options.out}/results.json, in {results['seconds']:.0f} s of processors", file=sys.stderr)
-
-
-def run(bench, things, out, jobs=1, resume=False):
-    """Judge things, which have names, and write `results.json` to a folder.
-
-    Parameters
-    ----------
-    jobs : int
-        Processes among which the things are divided.
-    resume : bool
-        Take over what an earlier, interrupted run in this folder has finished with the same code.
-
-    Returns
-    -------
-    dict
-        The contents of results.json: code, machine, seconds (of processors, over all things), and under the name of its
-        `things` their records, in the order of `things`.
-    """
-    code = digest((*_MEASURED, *bench.measured))
+    out, code = options.out, digest((*_MEASURED, *bench.measured))
     out.mkdir(parents=True, exist_ok=True)
     lines = out / "progress.jsonl"
     finished = {record["name"]: record for record in recorded(lines)
-                if resume and record["code"] == code and bench.is_whole(record, out)}
+                if options.resume and record["code"] == code and bench.is_whole(record, out)}
     with replace_file(lines, "w") as stream:
         stream.writelines(json.dumps(record) + "\n" for record in finished.values())
     wanted = [each for each in things if each.name not in finished]
     before, start = len(things) - len(wanted), time.perf_counter()
     with open(lines, "a", encoding="utf-8") as stream:
-        for number, record in enumerate(each_of(partial(_judged, bench.judge, out, code), wanted, jobs), start=1):
+        made = each_of(partial(_judged, bench.judge, out, code), wanted, options.jobs)
+        for number, record in enumerate(made, start=1):
             stream.write(json.dumps(record) + "\n")
             stream.flush()
             finished[record["name"]] = record
             left = (time.perf_counter() - start) / number * (len(wanted) - number)
-            print(f"[{before + number}/{len(things)}] {record['name']}: {_told(record[bench.rows], bench.error)}; "
-                  f"{record['seconds']:.0f} s, {left:.0f} s to go", file=sys.stderr, flush=True)
+            told = ", ".join(f"{name} " + ("failed" if "failed" in row else f"{row[bench.error]:.3g}")
+                             for name, row in record[bench.rows].items()
+                             if "failed" in row or row[bench.error] is not None)
+            print(f"[{before + number}/{len(things)}] {record['name']}: {told}; {record['seconds']:.0f} s, "
+                  f"{left:.0f} s to go", file=sys.stderr, flush=True)
     records = [finished[each.name] for each in things]
     results = {"code": code, "seconds": sum(record["seconds"] for record in records),
                "machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
                bench.things: records}
     with replace_file(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
-    return results
+    bench.draw(results, out)
+    bench.show(results)
+    print(f"{out}/results.json, in {results['seconds']:.0f} s of processors", file=sys.stderr)
 
 
 def named(things, names):
@@ -181,8 +149,3 @@ def _judged(judge, out, code, thing):
     start = time.process_time()
     record = judge(thing, out)
     return record | {"seconds": time.process_time() - start, "code": code}
-
-
-def _told(rows, error):
-    return ", ".join(f"{name} " + ("failed" if "failed" in row else f"{row[error]:.3g}")
-                     for name, row in rows.items() if "failed" in row or row[error] is not None)

@@ -9,11 +9,11 @@ from . import sets
 from .bench import BENCH
 
 
-def main(arguments=None):
+def main():
     """Judge the sets that the command names."""
     parser = running.parser(BENCH, __doc__)
     parser.add_argument("--half", choices=(*sets.HALVES, "all"), default="judged", help="default: %(default)s")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args()
     running.main(BENCH, *sets.at_hand(options.half, options.names), options)
 
 

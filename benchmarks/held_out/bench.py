@@ -1,13 +1,12 @@
 """The bench of the sets. Worker processes import it: they cannot import what stands in `__main__`."""
 
 from ..harness import running
-from ..report.methods import METHODS
 from . import judging, pictures, summary
 
 
 def _judged(found, out):
     """The record of a set. A telling one's spheres are written beside."""
-    record, models = judging.judge(found, tuple(METHODS))
+    record, models = judging.judge(found)
     if found.name in pictures.TELLING:
         pictures.write(found, models, out)
     return record

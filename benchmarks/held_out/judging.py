@@ -20,14 +20,8 @@ _KINDS = KINDS[:2]
 ERRORS = tuple(f"{place}_{kind}" for place in ("held_out", "truth") for kind in _KINDS)
 
 
-def judge(found, methods):
-    """Fit methods to a set, and measure them.
-
-    Parameters
-    ----------
-    found : JudgedSet
-    methods : sequence of str
-        Names in `METHODS`.
+def judge(found):
+    """Fit all `METHODS` to a `JudgedSet`, and measure them.
 
     Returns
     -------
@@ -52,7 +46,7 @@ def judge(found, methods):
     record = {"name": found.name, "family": found.family, "half": found.half, "samples": len(samples),
               "judged": sum(np.count_nonzero(judged[part]) for part in parts), "folds": len(parts),
               "channels": len(distinct_channels(samples)[0].channels),
-              "methods": {name: attempted(partial(measured, name), (*ERRORS, "bytes")) for name in methods}}
+              "methods": {name: attempted(partial(measured, name), (*ERRORS, "bytes")) for name in METHODS}}
     return record, models
 
 

@@ -35,20 +35,11 @@ _MERL_STEP = 5
 
 @dataclass(frozen=True)
 class JudgedSet:
-    """A set of samples, which another process can open.
-
-    Attributes
-    ----------
-    name : str
-    family : one of FAMILIES
-    half : one of HALVES
-    open : callable
-        Returns the `Samples`, and the `Truth` that they are measurements of, or None.
-    """
+    """A set of samples, which another process can open; the truth is what they are measurements of, if it is known."""
 
     name: str
-    family: str
-    half: str
+    family: str                 # one of FAMILIES
+    half: str                   # one of HALVES
     open: Callable[[], tuple[Samples, truths.Truth | None]]
 
 

@@ -15,21 +15,12 @@ _WORST = 5                  # ratios to tell
 
 
 def shares(records, place="held_out"):
-    """Of how many of the sets Standard is best.
+    """Of how many of the sets Standard is best, by the records of `judging.judge`; None where no set has a truth.
 
-    Parameters
-    ----------
-    records : list of dict
-        Of `judging.judge`.
-    place : {"held_out", "truth"}
-
-    Returns
-    -------
-    dict
-        sets, and of them: smallest_cube_root, the share in which Standard has the smallest error by the cube root;
-        near_cube_root, that in which it is at most NEAR times the best; smallest_rmse; worst, the sets in which
-        Standard is behind by the cube root and its ratio to the best, (name, ratio), the worst first; and
-        largest_bytes, of Standard a channel. None where no set has a truth.
+    sets, and of them: smallest_cube_root, the share in which Standard has the smallest error by the cube root;
+    near_cube_root, that in which it is at most NEAR times the best; smallest_rmse; worst, the sets in which Standard is
+    behind by the cube root and its ratio to the best, (name, ratio), the worst first; and largest_bytes, of Standard a
+    channel.
     """
     ratios = {error: {record["name"]: found for record in records if not math.isnan(found := ratio(
         record["methods"], OWN, record["methods"].keys() - {OWN}, f"{place}_{error}"))}

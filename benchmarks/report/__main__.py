@@ -55,7 +55,7 @@ def featured(samples):
     return [by_name[name] for name in FEATURED if name in by_name] or list(by_name.values())[:_FEATURED_ELSE]
 
 
-def write(paths, out, jobs=1, progress=lambda done, total, name: None, calls=times.CALLS):
+def write(paths, out):
     """Write `results.json`, `results.md` and the plots to a folder, and return what is in the first.
 
     A file that cannot be read is a `DatasetError`, and nothing is written then.
@@ -68,20 +68,19 @@ def write(paths, out, jobs=1, progress=lambda done, total, name: None, calls=tim
              for of in samples]
     tasks += [partial(comparison.compare, of) for of in samples]
     rows = []
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:   # Blender's threads fork badly
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:   # Blender's threads fork badly
         for found in pool.map(operator.call, tasks):
-            progress(len(rows), len(tasks), found[0]["material"])
+            show_progress(len(rows), len(tasks), found[0]["material"])
             rows.append(found)
-    progress(len(tasks), len(tasks), "")
+    show_progress(len(tasks), len(tasks), "")
     results["errors"], results["comparison"] = (
         list(chain.from_iterable(found)) for found in (rows[:len(samples)], rows[len(samples):]))
     results["claims"] = tables.claims(results["errors"])
     results["storage"] = tables.storage(samples[0])
-    results["times"] = {"material": shown[0].name, "calls": calls, "rows": times.table(shown[0], calls)}
+    results["times"] = {"material": shown[0].name, "calls": times.CALLS, "rows": times.table(shown[0])}
     out.mkdir(parents=True, exist_ok=True)
     plots.draw(results, out)
-    with _quiet():
-        results["renders"] = figures.undetectable(shown[min(3, len(shown) - 1)], out)
+    results["renders"] = figures.undetectable(shown[min(3, len(shown) - 1)], out)
     with replace_file(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
     told = io.StringIO()
@@ -90,20 +89,6 @@ def write(paths, out, jobs=1, progress=lambda done, total, name: None, calls=tim
     with replace_file(out / "results.md", "w") as stream:
         stream.write(f"# Results\n\n{results['machine']}\n\n{told.getvalue()}")
     return results
-
-
-@contextlib.contextmanager
-def _quiet():
-    """Blender reports every picture on the process's standard output, below Python's."""
-    sys.stdout.flush()
-    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
 
 
 def at_hand():
@@ -124,7 +109,7 @@ def main():
         sys.exit(f"no measurements in {checkout.measurements()}; set MEASURED_BRDF_DATA")
     start = time.perf_counter()
     try:
-        results = write(files, options.out, os.cpu_count() or 1, show_progress)
+        results = write(files, options.out)
     except DatasetError as error:
         sys.exit(f"error: {error}")
     markdown.show(results)

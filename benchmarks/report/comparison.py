@@ -1,7 +1,6 @@
 """Methods side by side on one material: size, errors at fitted and held-out samples, physics and time."""
 
 import time
-from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
@@ -12,32 +11,22 @@ from fitter.quality.metrics import error_metrics
 from fitter.samples import Samples
 
 from .methods import METHODS
-from .rows import MakeModel, Row
+from .rows import Row
 from .times import interleaved
 
 _REPEATS = 3                # timed evaluations
 
 
-def compare(samples: Samples, methods: Mapping[str, MakeModel] = METHODS) -> list[Row]:
-    """Compare methods on samples.
+def compare(samples: Samples) -> list[Row]:
+    """Compare all `METHODS` on samples.
 
-    Parameters
-    ----------
-    samples : Samples
-    methods : mapping
-        Functions that fit samples, by name.
-
-    Returns
-    -------
-    list of dict
-        One row a method: material, source, method, coefficients (of a channel), bytes (of all channels); rmse, mae,
-        mre and cube_root_rmse at the samples; held_out_rmse and held_out_cube_root_rmse; reciprocity_error,
-        negative_fraction and negative_energy; fit_seconds, and evaluate_microseconds for one pair of directions in
-        NumPy, both in processor time.
+    One row a method: material, source, method, coefficients (of a channel), bytes (of all channels); rmse, mae, mre and
+    cube_root_rmse at the samples; held_out_rmse and held_out_cube_root_rmse; reciprocity_error, negative_fraction and
+    negative_energy; fit_seconds, and evaluate_microseconds for one pair of directions in NumPy, both in processor time.
     """
     pairs = physics.direction_pairs()
     rows = []
-    for name, make in methods.items():
+    for name, make in METHODS.items():
         start = time.process_time()
         model = make(samples)
         fitted = time.process_time()

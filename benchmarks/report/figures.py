@@ -8,8 +8,9 @@ from fitter.imaging.pictures import srgb
 from support import sheet
 from support.stage import material_for, render, suzanne
 
+from ..dense.image_errors import flip
+
 SUN = 0.02                  # radians across
-PIXELS_PER_DEGREE = 67      # FLIP's default: a monitor at arm's length
 
 
 def undetectable(samples, out):
@@ -25,11 +26,12 @@ def undetectable(samples, out):
     others = {"level 6, another seed": reference, "(4,6,95)": fitter.fit(samples, **fitter.PRESETS["Paper"]),
               "Standard": fitter.fit(samples, **fitter.PRESETS["Standard"]),
               "(1,6,90)": fitter.fit(samples, 1, 6, 90)}
-    first, rows = _suzanne(reference), []
-    tiles = [sheet.tile(first, "level 6")]
+    first, rows = _suzanne(reference, seed=0), []
+    shown, tiles = srgb(first[..., :3]), [sheet.tile(first, "level 6")]
     for seed, (name, fit) in enumerate(others.items()):
         picture = _suzanne(fit, seed=int(seed == 0))
-        rows.append({"fit": name, "relative_rmse": relative_rmse(first, picture), "flip": flip(first, picture)})
+        rows.append({"fit": name, "relative_rmse": relative_rmse(first, picture),
+                     "flip": flip(shown, srgb(picture[..., :3]), np.ones(picture.shape[:2], bool))})
         if name in ("(4,6,95)", "Standard"):
             tiles.append(sheet.tile(picture, name))
     sheet.write(out / "figure_8_compression.png", [tiles])
@@ -42,21 +44,7 @@ def relative_rmse(reference, picture):
     return float(np.sqrt(np.mean((a - b) ** 2)) / a.mean())
 
 
-def flip(reference, picture):
-    """Mean FLIP of two scene-linear pictures as displayed, 0 to 1; None where flip-evaluator is not installed.
-
-    P. Andersson et al.: FLIP: A Difference Evaluator for Alternating Images, HPG 2020.
-    """
-    try:
-        import flip_evaluator
-    except ImportError:
-        return None
-    shown = [np.ascontiguousarray(srgb(of[..., :3]), dtype=np.float32) for of in (reference, picture)]
-    _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", applyMagma=False, parameters={"ppd": PIXELS_PER_DEGREE})
-    return float(mean)
-
-
-def _suzanne(fit, seed=0):
+def _suzanne(fit, seed):
     """Suzanne under a sun, whose noise is less than an area lamp's: so that differences are those of the fits."""
     scene = suzanne()
     scene.render.resolution_percentage = 60
@@ -64,9 +52,5 @@ def _suzanne(fit, seed=0):
     lamp = next(item for item in scene.objects if item.type == "LIGHT")
     lamp.data.type = "SUN"
     lamp.data.energy, lamp.data.angle = 4, SUN
-    return _render(scene, fit)
-
-
-def _render(scene, fit):
     bpy.context.object.data.materials.append(material_for(fit))
     return render(scene)

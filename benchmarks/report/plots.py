@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 from matplotlib import pyplot
@@ -31,35 +30,18 @@ def save(figure: Figure, path: Path) -> None:
     pyplot.close(figure)
 
 
-def rows_of(results: Results, key: str, material: str, source: str) -> dict[str, Row]:
-    """The rows of one table for one material, by method.
-
-    Examples
-    --------
-    >>> rows = [{"material": name, "source": "abrdf.dat", "method": "Paper"} for name in ("felt", "moss")]
-    >>> rows_of({"errors": rows}, "errors", "moss", "abrdf.dat")["Paper"]["material"]
-    'moss'
-    """
-    return {row["method"]: row for row in results[key] if (row["material"], row["source"]) == (material, source)}
-
-
-def panels(count: int, columns: int, size: tuple[float, float]) -> tuple[Figure, Any]:
-    """A figure with `count` panels of a size in inches, at most `columns` in a row, and its axes (rows, columns)."""
-    columns = min(count, columns)
-    rows = -(-count // columns)
-    figure, axes = pyplot.subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
-                                   constrained_layout=True)
-    for axis in axes.ravel()[count:]:
-        axis.set_axis_off()
-    return figure, axes
+def rows_of(results: Results, material: str, source: str) -> dict[str, Row]:
+    """The errors of one material, by method."""
+    return {row["method"]: row for row in results["errors"] if (row["material"], row["source"]) == (material, source)}
 
 
 def _errors(results: Results) -> Figure:
     """Errors against level, and those of the baselines as horizontal lines: the paper's Figure 1."""
-    figure, axes = panels(len(METRICS) * len(results["featured"]), len(METRICS), (4, 2.5))
+    figure, axes = pyplot.subplots(len(results["featured"]), len(METRICS), squeeze=False, constrained_layout=True,
+                                   figsize=(4 * len(METRICS), 2.5 * len(results["featured"])))
     levels = results["levels"]
     for line, (name, source) in zip(axes, results["featured"], strict=True):
-        methods = rows_of(results, "errors", name, source)
+        methods = rows_of(results, name, source)
         for metric, axis in zip(METRICS, line, strict=True):
             axis.semilogy(levels, [methods[f"level {level}"][metric] for level in levels], "o-", label="MBA")
             for baseline, style in zip(BASELINES, cycle(("--", ":", "-.")), strict=False):
@@ -91,7 +73,7 @@ def _storage(results: Results) -> Figure:
     """Parameters and bytes of one channel, ours and those of the paper's Figure 5 and Table 1."""
     figure, axes = pyplot.subplots(1, 2, figsize=(10, 4), constrained_layout=True, sharey=True)
     name, source = results["featured"][0]
-    errors = rows_of(results, "errors", name, source)
+    errors = rows_of(results, name, source)
     plain = [f"level {level}" for level in results["levels"]]
     ours = {method: (errors[method]["coefficients"], 4 * errors[method]["coefficients"])
             for method in (*plain, *BASELINES)} | {

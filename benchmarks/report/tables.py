@@ -23,17 +23,7 @@ PAPER_TABLE_1 = {(3, 6, 90): (31_407, 426_647), (3, 6, 95): (16_369, 366_495),
 def errors(samples: Samples, plain: Sequence[int], compressed: Sequence[Choice]) -> list[Row]:
     """Errors of plain MBA by level, of compressed fits, and of the two baselines: the paper's Figures 1 and 6.
 
-    Parameters
-    ----------
-    samples : Samples
-    plain : sequence of int
-        Levels of plain MBA.
-    compressed : sequence of (D, S, C)
-
-    Returns
-    -------
-    list of dict
-        material, source, method, coefficients (of a channel), bytes (of all channels), rmse, mae, mre.
+    Rows of material, source, method, coefficients (of a channel), bytes (of all channels), rmse, mae, mre.
     """
     methods = {notation(level): levels(level) for level in plain}
     methods |= {notation(*choice): levels(*choice) for choice in compressed}
@@ -62,18 +52,8 @@ def claims(rows: list[Row]) -> list[Row]:
     """Whether the paper's claim of section 3.4 holds, for each material.
 
     The claim: level 6 is more accurate than both baselines by a factor of at least 4, and level 4 is comparable, taken
-    as within a factor of 2 of the better baseline.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Of `errors`.
-
-    Returns
-    -------
-    list of dict
-        material, source, level_6_factor and level_4_factor (RMSE of the better baseline over ours), level_6_holds and
-        level_4_holds; empty without these levels.
+    as within a factor of 2 of the better baseline. Of the rows of `errors`: material, source, level_6_factor and
+    level_4_factor (RMSE of the better baseline over ours), level_6_holds and level_4_holds; none without these levels.
 
     Examples
     --------

@@ -21,15 +21,15 @@ METHODS_TIMED: dict[str, MakeModel] = (
     | {name: METHODS[name] for name in ("Standard", *BASELINES)})
 
 
-def table(samples: Samples, calls: int = CALLS, repeats: int = REPEATS) -> list[Row]:
+def table(samples: Samples) -> list[Row]:
     """Nanoseconds of one evaluation by each method.
 
-    A method evaluates an array of `calls` pairs of directions. The methods take turns; the least time of each counts.
+    A method evaluates an array of `CALLS` pairs of directions. The methods take turns; the least time of each counts.
     """
     models: dict[str, Reflectance] = {name: make(samples) for name, make in METHODS_TIMED.items()}
-    pairs = direction_pairs(calls)
-    found = interleaved({name: partial(model.evaluate, *pairs) for name, model in models.items()}, repeats)
-    return [{"method": name, "nanoseconds": 1e9 * seconds / calls} for name, seconds in found.items()]
+    pairs = direction_pairs(CALLS)
+    found = interleaved({name: partial(model.evaluate, *pairs) for name, model in models.items()}, REPEATS)
+    return [{"method": name, "nanoseconds": 1e9 * seconds / CALLS} for name, seconds in found.items()]
 
 
 def interleaved(work: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:

@@ -21,7 +21,7 @@ Non-Exponential Free Flights, 2017), but not less than .2; and of a radius the m
 colour is that whose walk reflects as much, and the radius is 4 pi mean free paths divided by a factor, `_WIDER`, with
 which the radii within which half and nine tenths of the light leave are right in their geometric mean. Refracted by the
 root of the index as it enters, both are.
-`python -m benchmarks.translucent --factors` finds it by photons (`support.photons`).
+`python -m benchmarks.translucent` finds it by photons (`support.photons`).
 """
 
 from collections.abc import Callable

@@ -29,10 +29,7 @@ def material(fits, name):
     if name in bpy.data.materials:
         return bpy.data.materials[name]
     if name == "white":
-        made, shader, surface = stage.blank_material(name, "ShaderNodeBsdfDiffuse")
-        shader.inputs["Color"].default_value = (fits[name],) * 3 + (1,)
-        made.node_tree.links.new(shader.outputs[0], surface)
-        return made
+        return stage.simple_material(name, "ShaderNodeBsdfDiffuse", {"Color": (fits[name],) * 3 + (1,)})
     made = stage.material_for(fits[name])
     made.name = name
     return made
@@ -248,8 +245,7 @@ def test_a_bumpy_ball_is_that_of_another_renderer(blender, fits, capsys, name, l
     texture.image = image
     bump.inputs["Distance"].default_value = 1
     tree.links.new(texture.outputs["Color"], bump.inputs["Height"])
-    group = next(node for node in tree.nodes if node.type == "GROUP")
-    tree.links.new(bump.outputs["Normal"], group.inputs["Normal"])
+    tree.links.new(bump.outputs["Normal"], stage.group_node(made).inputs["Normal"])
     turned_sphere().data.materials.append(made)
     light()
     bias, error, excess, noise = compared({"bumpy": mitsuba_scene.Bumpy(fits[name], raised)}, capsys,

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.formats import rgl, tensor_file
 from support import tensor_files
 from support.checkout import measurements
@@ -25,18 +26,15 @@ def directions():
     return theta_i[below], phi_i[below], theta_o[below], phi_o[below]
 
 
-def unit(theta, phi):
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-
-
 def both(path, directions):
     """f cos theta_o by Mitsuba, which computes in single precision, and by `RglTable`: (n, 3) each."""
     mi.set_variant("llvm_ad_rgb")
     theta_i, phi_i, theta_o, phi_o = directions
     bsdf = mi.load_dict({"type": "measured", "filename": str(path)})
     surface = mi.SurfaceInteraction3f()
-    surface.wi = mi.Vector3f(unit(theta_i, phi_i).astype(np.float32))
-    theirs = np.array(bsdf.eval(mi.BSDFContext(), surface, mi.Vector3f(unit(theta_o, phi_o).astype(np.float32)))).T
+    surface.wi = mi.Vector3f(unit_vectors(theta_i, phi_i).T.astype(np.float32))
+    outgoing = mi.Vector3f(unit_vectors(theta_o, phi_o).T.astype(np.float32))
+    theirs = np.array(bsdf.eval(mi.BSDFContext(), surface, outgoing)).T
     return theirs, rgl.read_table(path, path.read_bytes()).evaluate(*directions) * np.cos(theta_o)[:, None]
 
 

@@ -8,62 +8,18 @@ import numpy as np
 import pytest
 
 from fitter.model.fit import Fit
+from support import stage
 from support.anisotropic import brushed_fit, ggx, vectors
 from support.cases import quick, release
 from support.made_fits import MADE_FITS
-from support.spheres import normals, radial, reflected_on, turned_tangents
-from support.stage import (
-    add_lamp,
-    add_sphere,
-    background,
-    black_scene,
-    blank_material,
-    osl_material_for,
-    render,
-    rotation_toward,
-    set_input,
-)
+from support.spheres import normals, radial, turned_tangents
 
-SIZE = 96
-FROM_THE_LEFT = math.radians(60)
-TOWARD = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
-LAMP = np.array([-3.0, 0.0, 2.0])
-POWER = 100.0
-AREA_SIDE = 2.0
+from . import test_rendering
+from .test_rendering import SIZE, TOWARD, agree, mean_colour, on_the_sphere, reflected_by_sphere, sphere_scene
+from .test_shader_guards import leaning, plane
+
 SAMPLES = {"world": 256, "area lamp": 192}
 FITS = {"brushed": brushed_fit(), "half a turn changes it": MADE_FITS["anisotropic Rusinkiewicz"]}
-
-
-def picture_mean(values, resolution):
-    return values.sum(axis=0) / resolution**2
-
-
-def mean_under_sun(fit, turn):
-    n = normals(400)
-    return picture_mean(reflected_on(fit, n, radial(n), np.broadcast_to(TOWARD, n.shape), turn), 400)
-
-
-def mean_under_point(fit, turn):
-    n = normals(400)
-    away = LAMP - n
-    distance = np.linalg.norm(away, axis=1, keepdims=True)
-    light = reflected_on(fit, n, radial(n), away / distance, turn) * POWER / (4 * math.pi * distance**2)
-    return picture_mean(light, 400)
-
-
-def mean_under_area(fit, turn):
-    facing, across = -LAMP / np.linalg.norm(LAMP), np.array([0.0, 1, 0])
-    up, n = np.cross(facing, across), normals(100)
-    steps = ((np.arange(12) + 0.5) / 12 - 0.5) * AREA_SIDE
-    total = 0
-    for s in steps:
-        for t in steps:
-            away = LAMP + s * across + t * up - n
-            distance = np.linalg.norm(away, axis=1, keepdims=True)
-            toward = away / distance
-            form = (-toward @ facing)[:, None].clip(0) / distance**2
-            total = total + reflected_on(fit, n, radial(n), toward, turn) * form / len(steps) ** 2
-    return picture_mean(total * POWER / math.pi, 100)
 
 
 def mean_under_world(fit, turn):
@@ -78,25 +34,14 @@ def mean_under_world(fit, turn):
     return np.mean(albedo, axis=0) * math.pi / 4
 
 
-def sun():
-    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), angle=math.radians(0.526))
+LIGHTS = {name: (set_up, integrate) for name, (set_up, integrate, *_) in test_rendering.LIGHTS.items()
+          if name != "sun without a size"}
+LIGHTS["world"] = LIGHTS["world"][0], mean_under_world
 
 
-LIGHTS = {
-    "world": (lambda: background(bpy.context.scene, 1), mean_under_world),
-    "sun": (sun, mean_under_sun),
-    "point lamp": (lambda: add_lamp("POINT", POWER, LAMP, shadow_soft_size=0.1), mean_under_point),
-    "point lamp without a size": (lambda: add_lamp("POINT", POWER, LAMP, shadow_soft_size=0), mean_under_point),
-    "area lamp": (lambda: add_lamp("AREA", POWER, LAMP, (0, -math.atan2(3, 2), 0), shape="SQUARE", size=AREA_SIDE),
-                  mean_under_area)}
-
-
-def sphere_scene(fit, samples, rotation=0.0):
-    scene = black_scene(SIZE, SIZE, samples, span=2)
-    scene.cycles.max_bounces = 0
-    material = osl_material_for(fit)
-    set_input(material, "Rotation", rotation)
-    add_sphere().data.materials.append(material)
+def rotated_scene(fit, samples, rotation):
+    scene = sphere_scene(fit, samples)
+    stage.set_input(bpy.context.object.data.materials[0], "Rotation", rotation)
     return scene
 
 
@@ -107,38 +52,26 @@ def sphere_scene(fit, samples, rotation=0.0):
 def test_the_mean_of_a_sphere_is_that_of_numerical_integration(blender, light, name, rotation):
     set_up, integrate = LIGHTS[light]
     fit = FITS[name]
-    scene = sphere_scene(fit, SAMPLES.get(light, 16), rotation)
+    scene = rotated_scene(fit, SAMPLES.get(light, 16), rotation)
     set_up()
-    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fit, 2 * math.pi * rotation)
+    ratio = mean_colour(scene) / integrate(fit, 2 * math.pi * rotation)
     print(f"{name}, {light}, rotation {rotation}: rendered / integrated = {ratio}")
     assert ratio == pytest.approx([1, 1, 1], abs=0.01)
 
 
-def on_the_sphere():
-    """Pixels well inside of a sphere, and its normals there: (height, width) bool, (pixels, 3)."""
-    x = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
-    x, y = np.meshgrid(x, -x)
-    inside = x**2 + y**2 < 0.9
-    # where the tangent turns within a pixel, about the pole, a pixel is a mean of many directions
-    inside &= x**2 + y**2 > 0.01
-    return inside, np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)[inside]
-
-
-def agree(picture, expected, n):
-    lit = n @ TOWARD > 0.1
-    error = np.abs(picture - expected)[lit] / (expected[lit] + 0.02 * expected.max())
-    assert np.median(error) < 0.01
-    assert np.quantile(error, 0.99) < 0.1
+def lit_by_a_sun(scene, function, rotation, channels):
+    """Whether a sphere under a sun is right pixel by pixel. Where the tangent turns within a pixel, about the pole, a
+    pixel is a mean of many directions."""
+    test_rendering.sun(angle=0)
+    inside, n = on_the_sphere(hole=0.01)
+    agree(stage.render(scene)[..., :channels][inside],
+          reflected_by_sphere(function, n, TOWARD, 2 * math.pi * rotation), n)
 
 
 @pytest.mark.parametrize("rotation", quick([0.0, 0.1], 0.1))
 def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, rotation):
     fit = brushed_fit()
-    scene = sphere_scene(fit, 64, rotation)
-    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), angle=0)
-    inside, n = on_the_sphere()
-    expected = reflected_on(fit, n, radial(n), np.broadcast_to(TOWARD, n.shape), 2 * math.pi * rotation)
-    agree(render(scene)[..., :3][inside], expected, n)
+    lit_by_a_sun(rotated_scene(fit, 64, rotation), fit, rotation, 3)
 
 
 class Glossy:
@@ -151,69 +84,48 @@ class Glossy:
 @pytest.mark.parametrize("rotation", quick([0.0, 0.1], 0.1))
 def test_highlights_lie_where_blenders_own_node_has_them(blender, rotation):
     """The same function draws the expected picture of the node and, in the test above, that of a fit."""
-    scene = black_scene(SIZE, SIZE, 64, span=2)
+    scene = stage.black_scene(SIZE, SIZE, 64, span=2)
     scene.cycles.max_bounces = 0
-    material, node, surface = blank_material("Glossy", "ShaderNodeBsdfAnisotropic")
+    material, node, surface = stage.blank_material("Glossy", "ShaderNodeBsdfAnisotropic")
     node.distribution = "GGX"
     for name, value in (("Color", (1, 1, 1, 1)), ("Roughness", 0.5), ("Anisotropy", 0.6), ("Rotation", rotation)):
         node.inputs[name].default_value = value
     material.node_tree.links.new(node.outputs[0], surface)
-    add_sphere().data.materials.append(material)
-    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), angle=0)
-    inside, n = on_the_sphere()
-    expected = reflected_on(Glossy(), n, radial(n), np.broadcast_to(TOWARD, n.shape), 2 * math.pi * rotation)
-    agree(render(scene)[..., :1][inside], expected, n)
+    stage.add_sphere().data.materials.append(material)
+    lit_by_a_sun(scene, Glossy(), rotation, 1)
 
 
-def plane(fit, tangent=None, rotation=0.0, samples=64, size=8):
-    """A plane that faces the viewer; what `tangent` makes in its node tree is its tangent."""
-    scene = black_scene(size, size, samples, span=1)
-    scene.cycles.max_bounces = 0
-    bpy.ops.mesh.primitive_plane_add(size=4)
-    material = osl_material_for(fit)
-    set_input(material, "Rotation", rotation)
-    bpy.context.object.data.materials.append(material)
-    if tangent is not None:
-        group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
-        material.node_tree.links.new(tangent(material.node_tree.nodes), group.inputs["Tangent"])
+def tangent_plane(fit, tangent, rotation=0.0):
+    """A plane that faces the viewer, whose tangent is a vector or that of its UV map."""
+    scene = plane(fit, 64)
+    material = bpy.context.object.data.materials[0]
+    stage.set_input(material, "Rotation", rotation)
+    if tangent != "UV":
+        stage.connect_vector(material, "Tangent", tangent)
+        return scene
+    node = material.node_tree.nodes.new("ShaderNodeTangent")
+    node.direction_type, node.uv_map = "UV_MAP", "UVMap"
+    material.node_tree.links.new(node.outputs[0], stage.group_node(material).inputs["Tangent"])
     return scene
 
 
-def along(vector):
-    """A tangent that is the same everywhere."""
-    def make(nodes):
-        node = nodes.new("ShaderNodeCombineXYZ")
-        for socket, value in zip(node.inputs, vector, strict=True):
-            socket.default_value = value
-        return node.outputs[0]
-    return make
-
-
-def of_uv(nodes):
-    node = nodes.new("ShaderNodeTangent")
-    node.direction_type, node.uv_map = "UV_MAP", "UVMap"
-    return node.outputs[0]
-
-
 @pytest.mark.parametrize(("tangent", "rotation", "azimuth"), [
-    (along((1, 0, 0)), 0.0, 0.0), (along((0, 3, 0)), 0.0, 90.0), (along((1, 1, 5)), 0.0, 45.0),
-    (along((1, 0, 0)), 0.1, 36.0), (of_uv, 0.0, 0.0)])
+    ((1, 0, 0), 0.0, 0.0), ((0, 3, 0), 0.0, 90.0), ((1, 1, 5), 0.0, 45.0), ((1, 0, 0), 0.1, 36.0), ("UV", 0.0, 0.0)])
 def test_a_plane_is_turned_as_its_tangent_and_its_rotation_say(blender, tangent, rotation, azimuth):
     """Seen from its normal, under a sun."""
     fit = brushed_fit()
-    scene = plane(fit, tangent, rotation)
+    scene = tangent_plane(fit, tangent, rotation)
     theta, phi = math.radians(35), math.radians(20)
-    toward = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
-    add_lamp("SUN", 1, rotation=rotation_toward(toward), angle=0)
+    stage.add_lamp("SUN", 1, rotation=stage.rotation_toward(leaning(35, 20)), angle=0)
     expected = fit.evaluate(theta, phi - math.radians(azimuth), 0.0, 0.0) * math.cos(theta)
-    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.003)
+    assert mean_colour(scene) == pytest.approx(expected, rel=0.003)
 
 
 def test_a_tangent_along_the_normal_is_like_any_other(blender):
     """It has no direction; the surface is lit nevertheless."""
-    scene = plane(brushed_fit(), along((0, 0, 1)))
-    add_lamp("SUN", 1, rotation=(0, -0.3, 0), angle=0)
-    picture = render(scene)[..., :3]
+    scene = tangent_plane(brushed_fit(), (0, 0, 1))
+    stage.add_lamp("SUN", 1, rotation=(0, -0.3, 0), angle=0)
+    picture = stage.render(scene)[..., :3]
     assert np.isfinite(picture).all()
     assert picture.mean() > 0.01
 
@@ -223,9 +135,9 @@ def test_a_tangent_along_the_normal_is_like_any_other(blender):
 def test_a_quarter_turn_exchanges_the_widths(blender, light):
     pictures = []
     for widths, rotation in (((0.12, 0.4), 0.25), ((0.4, 0.12), 0.0), ((0.12, 0.4), 0.0)):
-        scene = sphere_scene(brushed_fit(*widths, 0.0), SAMPLES.get(light, 16), rotation)
+        scene = rotated_scene(brushed_fit(*widths, 0.0), SAMPLES.get(light, 16), rotation)
         LIGHTS[light][0]()
-        pictures.append(render(scene)[..., :3])
+        pictures.append(stage.render(scene)[..., :3])
 
     def off(i, j):
         return np.abs(pictures[i] - pictures[j]).mean() / pictures[0].mean()
@@ -246,14 +158,11 @@ def test_an_isotropic_reflectance_gives_the_same_picture_as_an_anisotropic_fit(b
     pictures = []
     fit = brushed_fit(0.2, 0.2)
     for shown in (fit, TakenForAnisotropic(**{field.name: getattr(fit, field.name) for field in fields(fit)})):
-        scene = black_scene(SIZE, SIZE, SAMPLES.get(light, 16), span=2)
-        scene.cycles.max_bounces = 0
-        material = osl_material_for(shown)
-        group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+        scene = sphere_scene(shown, SAMPLES.get(light, 16))
+        group = stage.group_node(bpy.context.object.data.materials[0])
         assert shown.isotropic == ("Rotation" not in group.inputs) == ("Tangent" not in group.inputs)
-        add_sphere().data.materials.append(material)
         LIGHTS[light][0]()
-        pictures.append(render(scene)[..., :3])
+        pictures.append(stage.render(scene)[..., :3])
     assert pictures[1].mean(axis=(0, 1)) == pytest.approx(pictures[0].mean(axis=(0, 1)), rel=0.005)
     blocks = [picture.reshape(12, 8, 12, 8, 3).mean(axis=(1, 3)) for picture in pictures]
     assert np.abs(blocks[1] - blocks[0]).mean() < 0.01 * blocks[0].mean()

@@ -3,20 +3,18 @@
 import numpy as np
 import pytest
 
-import fitter
 from fitter.cycles import node_mixture
 from fitter.methods.editing import edited
 from support.cases import quick
 from support.stage import material_for
 
 from .test_edited_shader import EDITS
-from .test_rendering import LIGHTS, render, sphere_scene
+from .test_rendering import LIGHTS, mean_colour, sphere_scene
 
 
 @pytest.fixture(scope="module")
-def fits(curet, cornell):
-    return {"felt": fitter.fit(curet("felt"), **fitter.PRESETS["Standard"]),
-            "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])}
+def fits(standard):
+    return {"felt": standard("felt"), "krylon": standard("krylon_blue_RGB")}
 
 
 @pytest.mark.parametrize(("material", "edit", "light"), quick([
@@ -27,10 +25,9 @@ def test_exact_converges_to_the_edited_function(blender, fits, material, edit, l
     set_up, integrate, samples, tolerance = LIGHTS[light]
     fit = edited(fits[material], **EDITS[edit])
     # narrow highlights at grazing angles, all that a dark channel has, take more samples
-    scene = sphere_scene(blender, fit, 256 if edit == "sharpened" else samples)
+    scene = sphere_scene(fit, 256 if edit == "sharpened" else samples)
     set_up()
-    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fit)
-    assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
+    assert mean_colour(scene) / integrate(fit) == pytest.approx([1, 1, 1], abs=tolerance)
 
 
 @pytest.mark.parametrize("edit", quick(
@@ -38,9 +35,9 @@ def test_exact_converges_to_the_edited_function(blender, fits, material, edit, l
 def test_closure_nodes_have_the_light_of_the_edited_function(blender, fits, edit):
     fit = edited(fits["krylon"], **edit)
     set_up, integrate, samples, _ = LIGHTS["world"]
-    scene = sphere_scene(blender, fit, samples, material_for)
+    scene = sphere_scene(fit, samples, material_for)
     scene.cycles.shading_system = False
     set_up()
     light = integrate(fit)
-    assert np.abs(render(scene)[..., :3].mean(axis=(0, 1)) - light).max() < 0.03 * light.max()
+    assert np.abs(mean_colour(scene) - light).max() < 0.03 * light.max()
     assert node_mixture.node_mixtures(fit).cycles.error < 0.2

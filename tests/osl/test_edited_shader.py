@@ -9,9 +9,8 @@ import fitter
 from fitter.methods.editing import edited
 from support.cases import quick
 from support.made_fits import MADE_FITS
-from support.osl_probe import probe_osl
 
-from .test_shader import COUNT, VECTORS, angles, direction_pairs
+from .test_shader import angles, direction_pairs, evaluated
 
 EDITS = {
     "gains": {"diffuse": (0.5, 1.0, 2.0), "highlight": (3.0, 0.0, 1.0)},
@@ -32,14 +31,10 @@ FITS = {
     itertools.product(FITS, EDITS), ("krylon, Standard", "all"), ("krylon, Standard", "sharpened"),
     ("lobes of all kinds", "sharpened"), ("leather (4,6,95)", "coated")))
 def test_the_shader_evaluates_the_edited_fit(blender, curet, cornell, random, name, edit):
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
     measured = FITS[name](curet, cornell)
     fit = edited(measured, **EDITS[edit])
     vectors = direction_pairs(random)
-    code = f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}"
-    rendered = probe_osl(fit, code, COUNT, WI=vectors[0], WO=vectors[1])
+    rendered = evaluated(fit, vectors)
     directions = angles(vectors)
     expected = fit.evaluate(*directions)
     assert np.mean(np.abs(expected - np.maximum(measured.evaluate(*directions), 0))) > 1e-3       # the edit is one

@@ -1,7 +1,6 @@
 """Where few closures fit, as on GPUs: one lobe for all lamps, and in the mean the same picture; here on the CPU."""
 
 import itertools
-import math
 import re
 
 import numpy as np
@@ -9,42 +8,25 @@ import pytest
 
 import fitter
 from fitter.shader_constants import CLOSURE_LIMITED_LOBES
+from support import stage
 from support.anisotropic import brushed_fit
 from support.cases import quick, release
 from support.osl_probe import probe_osl
-from support.spheres import normals, reflected
-from support.stage import (
-    add_lamp,
-    add_sphere,
-    background,
-    black_scene,
-    osl_material_for,
-    render,
-    rotation_toward,
-)
+from support.spheres import reflected
 
-SIZE = 64
-POWER = 100.0
+from .test_rendering import POWER, mean_colour, mean_under_point, sphere_scene
+from .test_shader_guards import leaning, plane
 
 
 @pytest.fixture(scope="module")
-def fits(curet, cornell):
-    return {"foil": fitter.fit(curet("aluminum foil")),
-            "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])}
+def fits(curet, standard):
+    return {"foil": fitter.fit(curet("aluminum foil")), "krylon": standard("krylon_blue_RGB")}
 
 
 @pytest.fixture
 def frugal(extension, monkeypatch):
     """Say whether scenes are rendered on a GPU."""
     return lambda value: monkeypatch.setattr(extension.addon.core.lamps, "renders_on_gpu", lambda scene: value)
-
-
-def sphere(fit, samples):
-    scene = black_scene(SIZE, SIZE, samples, span=2)
-    scene.cycles.max_bounces = 0
-    material = osl_material_for(fit)
-    add_sphere().data.materials.append(material)
-    return scene
 
 
 def places(count):
@@ -59,32 +41,17 @@ def powers(count):
     return POWER * (1 + np.arange(count) * 5 % 7) / count
 
 
-def integral(fit, resolution=200):
-    """The mean of a sphere by `Fit.evaluate`: (lamps...) -> (3,)."""
-    n = normals(resolution)
-
-    def mean(lamps):
-        total = 0
-        for place, power in lamps:
-            away = place - n
-            distance = np.linalg.norm(away, axis=1, keepdims=True)
-            total = total + reflected(fit, n, away / distance) * power / (4 * math.pi * distance**2)
-        return np.broadcast_to(total.sum(axis=0) / resolution**2, 3)
-
-    return mean
-
-
 @pytest.mark.parametrize(("material", "count"), quick(
     itertools.product(["foil", "krylon"], [1, 2, 4, 32]), ("krylon", 4)))
 def test_one_lobe_for_all_lamps_gives_the_mean_of_numerical_integration(blender, fits, frugal, material, count):
     lamps = list(zip(places(count), powers(count), strict=True))
-    expected = integral(fits[material])(lamps)
+    expected = sum(mean_under_point(fits[material], resolution=200, at=place) * power / POWER for place, power in lamps)
     for value in (True, False):
         frugal(value)
-        scene = sphere(fits[material], 32 * max(count, 4))      # so many that noise is a third of the bound
+        scene = sphere_scene(fits[material], 14 * max(count, 4))      # so many that noise is a third of the bound
         for place, power in lamps:
-            add_lamp("POINT", power, place, shadow_soft_size=0)
-        ratio = render(scene)[..., :3].mean(axis=(0, 1)) / expected
+            stage.add_lamp("POINT", power, place, shadow_soft_size=0)
+        ratio = mean_colour(scene) / expected
         print(f"{material}, {count} lamps, frugal {value}: rendered / integrated = {ratio}")
         assert ratio == pytest.approx([1, 1, 1], abs=0.01)
 
@@ -94,13 +61,13 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
     means = []
     for value in (False, True):
         frugal(value)
-        scene = sphere(fits["krylon"], 256)
-        background(scene, 0.1)
-        add_lamp("SUN", 1, rotation=rotation_toward((-3, 0, 2)), angle=0)
-        add_lamp("POINT", 100, (2, -2, 2), shadow_soft_size=0.2)
-        add_lamp("AREA", 100, (3, 1, 2), rotation_toward((3, 1, 2)), shape="SQUARE", size=1)
-        add_lamp("AREA", 200, (0, 0, 1.5), shape="SQUARE", size=6)          # too large for a lobe
-        means.append(render(scene)[..., :3].mean(axis=(0, 1)))
+        scene = sphere_scene(fits["krylon"], 114)
+        stage.background(scene, 0.1)
+        stage.add_lamp("SUN", 1, rotation=stage.rotation_toward((-3, 0, 2)), angle=0)
+        stage.add_lamp("POINT", 100, (2, -2, 2), shadow_soft_size=0.2)
+        stage.add_lamp("AREA", 100, (3, 1, 2), stage.rotation_toward((3, 1, 2)), shape="SQUARE", size=1)
+        stage.add_lamp("AREA", 200, (0, 0, 1.5), shape="SQUARE", size=6)          # too large for a lobe
+        means.append(mean_colour(scene))
     assert means[1] == pytest.approx(means[0], rel=0.01)
 
 
@@ -114,9 +81,6 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
     ([1.0, 1.0], 1, {0}),
 ], ([0.001] * 6, 1, {1}), ([0.001] * 6, 0, {2}), ([0.001, 1.0, 1.0], 1, {1})))
 def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fits, radii, frugal, counts):
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
     code = f"""
       LampList lamps;
       lamps.count = {len(radii)};
@@ -145,22 +109,12 @@ def test_eight_lamps_in_one_place_give_the_light_of_one(blender, fits, frugal, v
     """Some of them have a lobe, and what it carries is counted once: where the mixture is not the fit."""
     frugal(value)
     fit = fits["foil"]
-    normal = np.array([-math.sin(math.radians(70)), 0, math.cos(math.radians(70))])
-    toward = np.array([-math.sin(math.radians(10)), 0, math.cos(math.radians(10))])
-    scene = black_scene(8, 8, 256, span=0.5)
-    scene.cycles.max_bounces = 0
-    blender.ops.mesh.primitive_plane_add(size=4)
-    material = osl_material_for(fit)
-    blender.context.object.data.materials.append(material)
-    vector = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
-    for socket, number in zip(vector.inputs, normal, strict=True):
-        socket.default_value = number
-    group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
-    material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
+    normal, toward = leaning(70), leaning(10)
+    scene = plane(fit, 256, normal)
     for _ in range(8):
-        add_lamp("SUN", 1 / 8, rotation=rotation_toward(toward), angle=0)
+        stage.add_lamp("SUN", 1 / 8, rotation=stage.rotation_toward(toward), angle=0)
     expected = np.broadcast_to(reflected(fit, normal[None], toward[None])[0], 3)
-    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.02)
+    assert mean_colour(scene) == pytest.approx(expected, rel=0.02)
 
 
 # a GPU's 1024 bytes: id and weight, 16, and the parameters that Cycles has (src/kernel/osl/closures_template.h)
@@ -169,9 +123,8 @@ SUM, POOL = 24, 1024
 
 
 def bytecode_of(fit):
-    material = osl_material_for(fit)
-    group = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
-    return next(node for node in group.nodes if node.type == "SCRIPT").bytecode
+    tree = stage.group_node(stage.osl_material_for(fit)).node_tree
+    return next(node for node in tree.nodes if node.type == "SCRIPT").bytecode
 
 
 @pytest.mark.parametrize("name", quick(["foil", "krylon", "brushed"], "foil", "brushed"))

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.arrays import unit_vectors
 from fitter.cycles import node_mixture
 from fitter.cycles.bake import bake
 from support.anisotropic import ANISOTROPIC, brushed_fit
 from support.cases import quick
 from support.made_fits import MADE_FITS
 from support.mixtures import density, made_mixture
-from support.osl_probe import probe_osl
 from support.stage import add_lamp, black_scene, blank_material, render, rotation_toward
 
 ANGLES = np.radians([0.0, 1.0, 23.0, 45.5, 61.0, 78.0, 86.0, 89.0])     # some of them beyond the last stop
@@ -33,13 +33,10 @@ MADE = "lobes of all kinds", "lobes of all kinds, anisotropic"
 
 
 @pytest.fixture
-def probe(blender):
+def probe(probe):
     """OSL code with a mixture, in a shader of some fit."""
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
     fit = MADE_FITS["half and difference"]
-    return lambda mixture, code, count, **tables: probe_osl(fit, code, count, mixture=mixture, **tables)
+    return lambda mixture, code, count, **tables: probe(fit, code, count, mixture=mixture, **tables)
 
 
 def interpolate_mixture(name, curet, cornell):
@@ -52,13 +49,12 @@ def viewers(mixture):
     """Viewing directions: of an isotropic fit in the plane of x, and of others beside the normal, which has none."""
     isotropic = mixture.turn is None
     theta, phi = (ANGLES, 0 * ANGLES) if isotropic else (np.maximum(ANGLES, 1e-3), AZIMUTHS)
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
+    return unit_vectors(theta, phi)
 
 
 def lowered(wo, angle):
     """A viewing direction farther from the normal by an angle."""
-    theta, phi = np.arccos(wo[2]) + angle, np.arctan2(wo[1], wo[0])
-    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    return unit_vectors(np.arccos(wo[2]) + angle, np.arctan2(wo[1], wo[0]))
 
 
 def anywhere(random, count):

@@ -9,12 +9,11 @@ import math
 import numpy as np
 import pytest
 
-import fitter
 from fitter.cycles import node_mixture
+from support import stage
 from support.anisotropic import brushed_fit
 from support.cases import quick, release
 from support.spheres import normals, radial, turned_tangents
-from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
 
 SIZE, BLOCK = 48, 6
 NARROW = {"cayman"}             # highlights smaller than half a pixel
@@ -23,27 +22,14 @@ TOWARD = np.array([-math.sin(ANGLE), 0, math.cos(ANGLE)])
 MATERIALS = ("velvet", "aluminum foil", "felt", "krylon_blue_RGB", "cayman")
 
 
-@pytest.fixture(scope="module")
-def standard(curet, cornell):
-    """Fits of real materials, by name."""
-    known = {}
-
-    def fit(name):
-        if name not in known:
-            samples = cornell(name) if name in ("krylon_blue_RGB", "cayman") else curet(name)
-            known[name] = fitter.fit(samples, **fitter.PRESETS["Standard"])
-        return known[name]
-    return fit
-
-
 def sphere(fit, osl=False, samples=64):
     """A sphere of a fit, lit by a sun from the left: (scene, material)."""
-    scene = black_scene(SIZE, SIZE, samples, span=2)
+    scene = stage.black_scene(SIZE, SIZE, samples, span=2)
     scene.cycles.max_bounces = 0
     scene.cycles.shading_system = osl
-    material = material_for(fit)
-    add_sphere().data.materials.append(material)
-    add_lamp("SUN", math.pi, rotation=(0, -ANGLE, 0), angle=math.radians(0.2))
+    material = stage.material_for(fit)
+    stage.add_sphere().data.materials.append(material)
+    stage.add_lamp("SUN", math.pi, rotation=(0, -ANGLE, 0), angle=math.radians(0.2))
     return scene, material
 
 
@@ -52,7 +38,7 @@ def blocks(picture):
     return picture.reshape(SIZE // BLOCK, BLOCK, SIZE // BLOCK, BLOCK, -1).mean(axis=(1, 3))
 
 
-def integral(mixture, tint=1.0, turn=None, finer=2):
+def integral(mixture, turn=None, finer=2):
     """The picture of a unit sphere under the sun: means over blocks of pixels, each of which has finer^2 points."""
     resolution = finer * SIZE
     n = normals(resolution)
@@ -69,7 +55,7 @@ def integral(mixture, tint=1.0, turn=None, finer=2):
     picture[on_it] = values
     picture = picture[::-1].reshape(SIZE, finer, SIZE, finer, -1).mean(axis=(1, 3))
     # a sun of pi W / m2 has an irradiance of pi
-    return np.broadcast_to(math.pi * tint * blocks(picture), (SIZE // BLOCK, SIZE // BLOCK, 3))
+    return np.broadcast_to(math.pi * blocks(picture), (SIZE // BLOCK, SIZE // BLOCK, 3))
 
 
 def assert_close(found, expected, within=0.03):
@@ -85,49 +71,34 @@ def test_cycles_without_osl_shows_the_sum_of_closures(blender, standard, name):
     fit = standard(name)
     expected = integral(node_mixture.node_mixtures(fit).cycles, finer=4 if name in NARROW else 2)
     scene, _ = sphere(fit)
-    assert_close(blocks(render(scene)[..., :3]), expected)
+    assert_close(blocks(stage.render(scene)[..., :3]), expected)
 
 
 def test_with_osl_the_input_nodes_shows_the_same(blender, standard):
     fit = standard("velvet")
     scene, _ = sphere(fit)
-    without = render(scene)[..., :3]
+    without = stage.render(scene)[..., :3]
     scene, material = sphere(fit, osl=True)
-    set_input(material, "Nodes", True)
-    np.testing.assert_allclose(render(scene)[..., :3], without, atol=2e-3 * without.max())
-
-
-def test_with_osl_the_fit_itself_is_shown(blender, standard):
-    from support.spheres import reflected
-
-    fit = standard("velvet")
-    scene, _ = sphere(fit, osl=True, samples=256)
-    n = normals(2 * SIZE)
-    truth = math.pi * reflected(fit, n, np.broadcast_to(TOWARD, n.shape)).sum(axis=0) / (2 * SIZE) ** 2
-    assert render(scene)[..., :3].mean() == pytest.approx(truth.mean(), rel=0.01)
+    stage.set_input(material, "Nodes", True)
+    np.testing.assert_allclose(stage.render(scene)[..., :3], without, atol=2e-3 * without.max())
 
 
 def test_tint_and_strength_multiply(blender, standard):
     fit = standard("aluminum foil")
     scene, material = sphere(fit)
-    plain = render(scene)[..., :3]
-    set_input(material, "Tint", (0.5, 0.2, 1.0, 1.0))
-    set_input(material, "Strength", 0.5)
-    np.testing.assert_allclose(render(scene)[..., :3], plain * [0.25, 0.1, 0.5], atol=1e-3 * plain.max())
+    plain = stage.render(scene)[..., :3]
+    stage.set_input(material, "Tint", (0.5, 0.2, 1.0, 1.0))
+    stage.set_input(material, "Strength", 0.5)
+    np.testing.assert_allclose(stage.render(scene)[..., :3], plain * [0.25, 0.1, 0.5], atol=1e-3 * plain.max())
 
 
 @pytest.mark.parametrize("osl", [False, True])
 def test_a_tint_below_zero_is_black(blender, standard, osl):
     """Sockets do not bound what nodes compute and connect."""
     scene, material = sphere(standard("aluminum foil"), osl)
-    plain = render(scene)[..., :3]
-    tree = material.node_tree
-    below = tree.nodes.new("ShaderNodeCombineXYZ")
-    for socket, value in zip(below.inputs, (-1.0, 0.5, 1.0), strict=True):
-        socket.default_value = value
-    group = next(node for node in tree.nodes if node.type == "GROUP")
-    tree.links.new(below.outputs[0], group.inputs["Tint"])
-    tinted = render(scene)[..., :3]
+    plain = stage.render(scene)[..., :3]
+    stage.connect_vector(material, "Tint", (-1.0, 0.5, 1.0))
+    tinted = stage.render(scene)[..., :3]
     assert (tinted[..., 0] == 0).all()
     np.testing.assert_allclose(tinted.mean(axis=(0, 1)), plain.mean(axis=(0, 1)) * [0, 0.5, 1], rtol=2e-3)
 
@@ -137,13 +108,9 @@ def test_a_normal_that_is_connected_is_the_one_that_is_seen(blender, standard):
     fit = standard("velvet")
     mixture = node_mixture.node_mixtures(fit).cycles
     scene, material = sphere(fit)
-    tree = material.node_tree
-    up = tree.nodes.new("ShaderNodeCombineXYZ")
-    up.inputs[2].default_value = 2.0
-    group = next(node for node in tree.nodes if node.type == "GROUP")
-    tree.links.new(up.outputs[0], group.inputs["Normal"])
+    stage.connect_vector(material, "Normal", (0, 0, 2))
     expected = math.pi * node_mixture.evaluate(mixture, np.array([0.0, 0, 1]), TOWARD[None])[0]
-    picture = render(scene)[..., :3]
+    picture = stage.render(scene)[..., :3]
     middle = picture[SIZE // 2 - 4:SIZE // 2 + 4, SIZE // 2 - 8:SIZE // 2]
     np.testing.assert_allclose(middle, np.broadcast_to(expected, middle.shape), rtol=0.01)
 
@@ -154,8 +121,8 @@ def test_an_anisotropic_highlight_follows_tangent_and_rotation(blender, rotation
     fit = brushed_fit()
     expected = integral(node_mixture.node_mixtures(fit).cycles, turn=2 * math.pi * rotation)
     scene, material = sphere(fit)
-    set_input(material, "Rotation", rotation)
-    assert_close(blocks(render(scene)[..., :3]), expected, within=0.05)
+    stage.set_input(material, "Rotation", rotation)
+    assert_close(blocks(stage.render(scene)[..., :3]), expected, within=0.05)
 
 
 def test_a_plate_that_faces_the_viewer_has_no_undefined_pixel(blender, standard):
@@ -163,12 +130,12 @@ def test_a_plate_that_faces_the_viewer_has_no_undefined_pixel(blender, standard)
     import bpy
 
     for fit in (standard("krylon_blue_RGB"), brushed_fit()):
-        scene = black_scene(16, 16, 4, span=1)
+        scene = stage.black_scene(16, 16, 4, span=1)
         scene.cycles.shading_system = False
-        background(scene, 1)
+        stage.background(scene, 1)
         bpy.ops.mesh.primitive_plane_add(size=4)
-        bpy.context.object.data.materials.append(material_for(fit))
-        picture = render(scene)[..., :3]
+        bpy.context.object.data.materials.append(stage.material_for(fit))
+        picture = stage.render(scene)[..., :3]
         assert np.isfinite(picture).all()
         assert (picture.max(axis=2) > 0).all()
 
@@ -181,7 +148,7 @@ def test_a_group_that_was_made_without_osl_renders_nodes_and_can_be_completed(bl
     with monkeypatch.context() as patched:
         patched.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
         scene, material = sphere(fit, osl=True)
-        tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+        tree = stage.group_node(material).node_tree
         assert node_group.version(tree) > 0
     assert node_group.version(tree) == 0, "a Blender that has OSL can compile it"
-    assert_close(blocks(render(scene)[..., :3]), integral(node_mixture.node_mixtures(fit).cycles))
+    assert_close(blocks(stage.render(scene)[..., :3]), integral(node_mixture.node_mixtures(fit).cycles))

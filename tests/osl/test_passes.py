@@ -10,17 +10,8 @@ import numpy as np
 import pytest
 
 import fitter
+from support import stage
 from support.cases import quick, release
-from support.stage import (
-    add_lamp,
-    add_sphere,
-    background,
-    black_scene,
-    blank_material,
-    osl_material_for,
-    render,
-    set_input,
-)
 
 SEEN_AT = math.radians(45)
 
@@ -48,15 +39,21 @@ def passes(scene, path):
     return {name: np.stack(channels, axis=-1) for name, channels in found.items()}
 
 
-def plane(fit):
-    scene = black_scene(16, 16, 128, span=1)
+def plane(fit, light):
+    scene = stage.black_scene(16, 16, 128, span=1)
     scene.cycles.max_bounces = 0
     scene.camera.location = 0, -10 * math.sin(SEEN_AT), 10 * math.cos(SEEN_AT)
     scene.camera.rotation_euler = SEEN_AT, 0, 0
     bpy.ops.mesh.primitive_plane_add(size=8)
-    material = osl_material_for(fit)
-    set_input(material, "Tint", (0.5, 1, 1, 1))
+    material = stage.osl_material_for(fit)
+    stage.set_input(material, "Tint", (0.5, 1, 1, 1))
     bpy.context.object.data.materials.append(material)
+    if light == "world":
+        stage.background(scene, 1)
+    elif light == "point":
+        stage.add_lamp("POINT", 100, (-2, 2, 3), shadow_soft_size=0.15)
+    else:
+        stage.add_lamp("AREA", 300, (0, 3, 3.5), (-math.atan2(3, 3.5), 0, 0), shape="SQUARE", size=2)
     return scene
 
 
@@ -70,14 +67,7 @@ def albedo(fit):
 @pytest.mark.parametrize("light", ["world", pytest.param("point", marks=release), "area"])
 def test_the_denoiser_is_told_the_albedo_and_no_pass_is_negative(blender, curet, tmp_path, light):
     fit = fitter.fit(curet("aluminum foil"))
-    scene = plane(fit)
-    if light == "world":
-        background(scene, 1)
-    elif light == "point":
-        add_lamp("POINT", 100, (-2, 2, 3), shadow_soft_size=0.15)
-    else:
-        add_lamp("AREA", 300, (0, 3, 3.5), (-math.atan2(3, 3.5), 0, 0), shape="SQUARE", size=2)
-    found = passes(scene, tmp_path / "passes.exr")
+    found = passes(plane(fit, light), tmp_path / "passes.exr")
     guide = found["Denoising Albedo"].mean(axis=(0, 1))
     np.testing.assert_allclose(guide, albedo(fit) * [0.5, 1, 1], rtol=0.05)
     normal = found["Denoising Normal"].mean(axis=(0, 1))
@@ -96,12 +86,7 @@ def test_the_denoiser_has_the_albedo_of_metals_and_of_what_shines(blender, corne
     """Krylon's gloss is so narrow that Cycles leaves its closures out."""
     samples = cornell("krylon_blue_RGB") if material == "krylon" else fitter.load_published(material)
     fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
-    scene = plane(fit)
-    if light == "world":
-        background(scene, 1)
-    else:
-        add_lamp("AREA", 300, (0, 3, 3.5), (-math.atan2(3, 3.5), 0, 0), shape="SQUARE", size=2)
-    guide = passes(scene, tmp_path / "passes.exr")["Denoising Albedo"].mean(axis=(0, 1))
+    guide = passes(plane(fit, light), tmp_path / "passes.exr")["Denoising Albedo"].mean(axis=(0, 1))
     ratio = guide / (albedo(fit) * [0.5, 1, 1])
     print(f"{material}, {light}: denoiser's albedo / albedo = {ratio}")
     assert ratio == pytest.approx([1, 1, 1], abs=0.05)
@@ -110,30 +95,28 @@ def test_the_denoiser_has_the_albedo_of_metals_and_of_what_shines(blender, corne
 @pytest.mark.parametrize("rendering", quick(["EXACT", "NODES"], "EXACT"))
 def test_a_holdout_leaves_a_hole(blender, fit, rendering):
     scene, item = sphere(fit, rendering)
-    background(scene, 1)
-    assert render(scene)[6:10, 6:10, 3].min() == 1
+    stage.background(scene, 1)
+    assert stage.render(scene)[6:10, 6:10, 3].min() == 1
     item.is_holdout = True
-    assert render(scene)[6:10, 6:10].max() == 0
+    assert stage.render(scene)[6:10, 6:10].max() == 0
 
 
 @pytest.mark.parametrize("rendering", quick(["EXACT", "NODES"], "EXACT"))
 def test_a_shadow_catcher_catches_the_shadow_that_a_diffuse_one_does(blender, fit, rendering):
     pictures = []
     for measured in (True, False):
-        scene = black_scene(16, 16, 64, span=3)
-        add_lamp("SUN", 3, rotation=(0, -0.6, 0), angle=0.1)
+        scene = stage.black_scene(16, 16, 64, span=3)
+        stage.add_lamp("SUN", 3, rotation=(0, -0.6, 0), angle=0.1)
         bpy.ops.mesh.primitive_plane_add(size=8)
         plane = bpy.context.object
         if measured:
-            plane.data.materials.append(osl_material_for(fit))
-            set_input(plane.data.materials[0], "Nodes", rendering == "NODES")
+            plane.data.materials.append(stage.osl_material_for(fit))
+            stage.set_input(plane.data.materials[0], "Nodes", rendering == "NODES")
         else:
-            material, node, surface = blank_material("diffuse", "ShaderNodeBsdfDiffuse")
-            material.node_tree.links.new(node.outputs[0], surface)
-            plane.data.materials.append(material)
+            plane.data.materials.append(stage.simple_material("diffuse", "ShaderNodeBsdfDiffuse"))
         plane.is_shadow_catcher = True
         bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 0.8))
-        pictures.append(render(scene)[..., 3])
+        pictures.append(stage.render(scene)[..., 3])
     assert pictures[1].min() == 0
     assert pictures[1][8, 11:14].min() > 0.9
     np.testing.assert_allclose(pictures[0], pictures[1], atol=0.1)
@@ -144,7 +127,7 @@ def test_an_instance_looks_as_its_object(blender, fit, rendering):
     pictures = []
     for instanced in (False, True):
         scene, item = sphere(fit, rendering)
-        add_lamp("POINT", 100, (2, 1, 3), shadow_soft_size=0)
+        stage.add_lamp("POINT", 100, (2, 1, 3), shadow_soft_size=0)
         if instanced:
             collection = bpy.data.collections.new("Instanced")
             collection.objects.link(item)
@@ -152,17 +135,17 @@ def test_an_instance_looks_as_its_object(blender, fit, rendering):
             holder = bpy.data.objects.new("Instance", None)
             holder.instance_type, holder.instance_collection = "COLLECTION", collection
             scene.collection.objects.link(holder)
-        pictures.append(render(scene))
+        pictures.append(stage.render(scene))
     assert pictures[0].max() > 0.01
     np.testing.assert_allclose(pictures[1], pictures[0], atol=1e-4 * pictures[0].max())
 
 
 def sphere(fit, rendering):
     """A sphere of a fit in the dark: (scene, object)."""
-    scene = black_scene(16, 16, 16, span=2)
-    item = add_sphere()
-    item.data.materials.append(osl_material_for(fit))
-    set_input(item.data.materials[0], "Nodes", rendering == "NODES")
+    scene = stage.black_scene(16, 16, 16, span=2)
+    item = stage.add_sphere()
+    item.data.materials.append(stage.osl_material_for(fit))
+    stage.set_input(item.data.materials[0], "Nodes", rendering == "NODES")
     return scene, item
 
 

@@ -9,55 +9,56 @@ import pytest
 
 import fitter
 from fitter.cycles.node_mixture import Nodes
+from support import stage
 from support.cases import quick, release
 from support.known_lamps import POINTER, known
 from support.mixtures import made_mixture
-from support.spheres import normals, reflected
-from support.stage import (
-    add_lamp,
-    add_sphere,
-    background,
-    black_scene,
-    blank_material,
-    material_for,
-    osl_material_for,
-    render,
-    rotation_toward,
-    set_input,
-)
+from support.spheres import normals, radial, reflected, reflected_on
+
+from .test_shader_guards import plane
 
 SIZE = 96
 FROM_THE_LEFT = math.radians(60)
+TOWARD = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
 LAMP = np.array([-3.0, 0.0, 2.0])
 POWER = 100.0
 AREA_SIDE = 2.0
 
 
-def sphere_scene(blender, fit, samples, make=osl_material_for):
-    scene = black_scene(SIZE, SIZE, samples, span=2)
+def sphere_scene(fit, samples, make=stage.osl_material_for):
+    scene = stage.black_scene(SIZE, SIZE, samples, span=2)
     scene.cycles.max_bounces = 0
-    add_sphere().data.materials.append(make(fit))
+    stage.add_sphere().data.materials.append(make(fit))
     return scene
+
+
+def mean_colour(scene):
+    return stage.render(scene)[..., :3].mean(axis=(0, 1))
 
 
 def picture_mean(values, resolution):
     return np.broadcast_to(values.sum(axis=0) / resolution**2, 3)
 
 
-def mean_under_sun(fit, angle=FROM_THE_LEFT):
-    n = normals(400)
+def reflected_by_sphere(fit, n, toward, turn):
+    """As `reflected`, of a sphere with its own tangents, turned by an angle."""
+    return reflected_on(fit, n, radial(n), np.broadcast_to(toward, n.shape), turn)
+
+
+def mean_under_sun(fit, turn=0.0, angle=FROM_THE_LEFT):
     toward = np.array([-math.sin(angle), 0, math.cos(angle)])
-    return picture_mean(reflected(fit, n, np.broadcast_to(toward, n.shape)), 400)
+    return picture_mean(reflected_by_sphere(fit, normals(400), toward, turn), 400)
 
 
-def mean_under_point(fit, resolution=400, at=LAMP):
+def mean_under_point(fit, turn=0.0, resolution=400, at=LAMP):
     n = normals(resolution)
     away = at - n
     distance = np.linalg.norm(away, axis=1, keepdims=True)
-    return picture_mean(reflected(fit, n, away / distance) * POWER / (4 * math.pi * distance**2), resolution)
+    light = reflected_by_sphere(fit, n, away / distance, turn) * POWER / (4 * math.pi * distance**2)
+    return picture_mean(light, resolution)
 
 
-def mean_under_area(fit):
+def mean_under_area(fit, turn=0.0):
     facing = -LAMP / np.linalg.norm(LAMP)
     across = np.array([0.0, 1, 0])
     up = np.cross(facing, across)
@@ -70,7 +71,7 @@ def mean_under_area(fit):
             distance = np.linalg.norm(away, axis=1, keepdims=True)
             toward = away / distance
             form = (-toward @ facing)[:, None].clip(0) / distance**2
-            total = total + reflected(fit, n, toward) * form / len(steps) ** 2
+            total = total + reflected_by_sphere(fit, n, toward, turn) * form / len(steps) ** 2
     return picture_mean(total * POWER / math.pi, 100)
 
 
@@ -84,19 +85,19 @@ def mean_under_world(fit):
 
 
 def sun(**settings):
-    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), **settings)
+    stage.add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), **settings)
 
 
 def point(radius):
-    add_lamp("POINT", POWER, LAMP, shadow_soft_size=radius)
+    stage.add_lamp("POINT", POWER, LAMP, shadow_soft_size=radius)
 
 
 def area():
-    add_lamp("AREA", POWER, LAMP, (0, -math.atan2(3, 2), 0), shape="SQUARE", size=AREA_SIDE)
+    stage.add_lamp("AREA", POWER, LAMP, (0, -math.atan2(3, 2), 0), shape="SQUARE", size=AREA_SIDE)
 
 
 LIGHTS = {
-    "world": (lambda: background(bpy.context.scene, 1), mean_under_world, 48, 0.01),
+    "world": (lambda: stage.background(bpy.context.scene, 1), mean_under_world, 48, 0.01),
     "sun": (lambda: sun(angle=math.radians(0.526)), mean_under_sun, 16, 0.01),
     "sun without a size": (lambda: sun(angle=0), mean_under_sun, 16, 0.01),
     "point lamp": (lambda: point(0.1), mean_under_point, 16, 0.01),
@@ -110,41 +111,40 @@ def fits(curet, cornell):
     return {"foil": fitter.fit(curet("aluminum foil")), "krylon": fitter.fit(cornell("krylon_blue_RGB"))}
 
 
-@pytest.fixture(scope="module")
-def krylon(cornell):
-    """The fit that the panel makes."""
-    return fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])
-
-
 @pytest.mark.parametrize(("material", "light"), quick(
     itertools.product(["foil", "krylon"], LIGHTS), ("foil", "world"), ("krylon", "sun"), ("krylon", "area lamp"),
     ("foil", "point lamp without a size")))
 def test_the_mean_of_a_sphere_is_that_of_numerical_integration(blender, fits, material, light):
     set_up, integrate, samples, tolerance = LIGHTS[light]
     fit = fits[material]
-    scene = sphere_scene(blender, fit, samples)
+    scene = sphere_scene(fit, samples)
     set_up()
-    picture = render(scene)[..., :3]
-    ratio = picture.mean(axis=(0, 1)) / integrate(fit)
+    ratio = mean_colour(scene) / integrate(fit)
     print(f"{material}, {light}: rendered / integrated = {ratio}")
     assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
 
 
-def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, fits):
-    fit = fits["krylon"]
-    scene = sphere_scene(blender, fit, 16)
-    sun(angle=0)
-    picture = render(scene)[..., :3]
+def on_the_sphere(hole=0.0):
+    """Pixels well inside of a sphere, and its normals there: (height, width) bool, (pixels, 3)."""
     x = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
     x, y = np.meshgrid(x, -x)
-    inside = x**2 + y**2 < 0.9
-    n = np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)[inside]
-    toward = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
-    expected = reflected(fit, n, np.broadcast_to(toward, n.shape))
-    lit = (n @ toward) > 0.1
-    error = np.abs(picture[inside] - expected)[lit] / (expected[lit] + 0.02 * expected.max())
+    inside = (x**2 + y**2 < 0.9) & (x**2 + y**2 > hole)
+    return inside, np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)[inside]
+
+
+def agree(picture, expected, n):
+    lit = n @ TOWARD > 0.1
+    error = np.abs(picture - expected)[lit] / (expected[lit] + 0.02 * expected.max())
     assert np.median(error) < 0.01
     assert np.quantile(error, 0.99) < 0.1
+
+
+def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, fits):
+    fit = fits["krylon"]
+    scene = sphere_scene(fit, 16)
+    sun(angle=0)
+    inside, n = on_the_sphere()
+    agree(stage.render(scene)[..., :3][inside], reflected(fit, n, np.broadcast_to(TOWARD, n.shape)), n)
 
 
 def test_what_lies_beside_a_lobe_does_not_reach_its_lamp(blender, cornell):
@@ -153,13 +153,13 @@ def test_what_lies_beside_a_lobe_does_not_reach_its_lamp(blender, cornell):
     fit = fitter.fit(cornell("cayman"))
     theta, radius = math.radians(33.7), math.radians(1.06)
     lamp = np.array([-math.sin(theta + 0.052), 0, math.cos(theta + 0.052)])
-    scene = black_scene(64, 64, 256, span=2)
+    scene = stage.black_scene(64, 64, 256, span=2)
     scene.cycles.max_bounces = 0
     scene.camera.location = 10 * math.sin(theta), 0, 10 * math.cos(theta)
-    scene.camera.rotation_euler = rotation_toward(scene.camera.location)
+    scene.camera.rotation_euler = stage.rotation_toward(scene.camera.location)
     bpy.ops.mesh.primitive_plane_add(size=8)
-    bpy.context.object.data.materials.append(osl_material_for(fit))
-    add_lamp("SUN", 1, rotation=rotation_toward(lamp), angle=2 * radius)
+    bpy.context.object.data.materials.append(stage.osl_material_for(fit))
+    stage.add_lamp("SUN", 1, rotation=stage.rotation_toward(lamp), angle=2 * radius)
     r = radius * np.sqrt((np.arange(100) + 0.5) / 100)[:, None]
     turn = (np.arange(100) + 0.5) / 100 * 2 * math.pi
     across, up = np.array([0, 1.0, 0]), np.cross(lamp, [0, 1.0, 0])
@@ -167,7 +167,7 @@ def test_what_lies_beside_a_lobe_does_not_reach_its_lamp(blender, cornell):
         np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * up)).reshape(-1, 3)
     f = fit.evaluate(np.arccos(toward[:, 2]), np.arctan2(toward[:, 1], toward[:, 0]), theta, 0)
     expected = (np.maximum(f, 0) * toward[:, 2:]).mean(axis=0)
-    assert render(scene)[..., 2].mean() == pytest.approx(expected[2], rel=0.004)
+    assert stage.render(scene)[..., 2].mean() == pytest.approx(expected[2], rel=0.004)
 
 
 STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.0), 1.0, 5)]
@@ -178,15 +178,15 @@ def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
     lamps = extension.addon.core.lamps
     means = []
     for stale in ([], STALE):
-        scene = sphere_scene(blender, fits["krylon"], 96)
-        background(scene, 1)
+        scene = sphere_scene(fits["krylon"], 96)
+        stage.background(scene, 1)
         blender.context.view_layer.update()
         lamps.unregister()
         try:
             lamps.carrier.reserve(scene[POINTER], len(stale))
             lamps.carrier.store(scene[POINTER], stale)
             lamps.group.store(lamps.node_tree(), len(stale), False)
-            means.append(render(scene)[..., :3].mean(axis=(0, 1)))
+            means.append(mean_colour(scene))
         finally:
             lamps.register()
         expected = np.array([[*position, *others] for position, *others in stale]).reshape(-1, 5)
@@ -199,45 +199,40 @@ def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
 def test_a_sphere_in_a_mirror_is_as_bright_as_the_sphere(blender, fits, material, light, samples):
     """Through what is sharp it is seen as from the camera."""
     fit = fits[material]
-    scene = black_scene(SIZE, SIZE, samples, span=2)
+    scene = stage.black_scene(SIZE, SIZE, samples, span=2)
     scene.cycles.max_bounces = scene.cycles.glossy_bounces = 1
-    mirror, shader, surface = blank_material("Mirror", "ShaderNodeBsdfAnisotropic")
-    shader.inputs["Color"].default_value, shader.inputs["Roughness"].default_value = (1, 1, 1, 1), 0
-    mirror.node_tree.links.new(shader.outputs[0], surface)
+    mirror = stage.simple_material("Mirror", "ShaderNodeBsdfAnisotropic", {"Color": (1, 1, 1, 1), "Roughness": 0})
     blender.ops.mesh.primitive_plane_add(size=4, rotation=(0, math.pi / 4, 0))      # shows what is at +x
     blender.context.object.data.materials.append(mirror)
-    sphere = add_sphere()
+    sphere = stage.add_sphere()
     sphere.location = 10, 0, 0
-    sphere.data.materials.append(osl_material_for(fit))
+    sphere.data.materials.append(stage.osl_material_for(fit))
     # as seen in the mirror, the lamp stands where it stands for the sphere that is seen directly
     _, integrate, _, tolerance = LIGHTS[light]
     if light == "sun":
         toward = (-math.cos(FROM_THE_LEFT), math.sin(FROM_THE_LEFT), 0)
-        add_lamp("SUN", 1, rotation=rotation_toward(toward), angle=0)
+        stage.add_lamp("SUN", 1, rotation=stage.rotation_toward(toward), angle=0)
     else:
         place = (10 - LAMP[2], 0.0, LAMP[0])
-        add_lamp("AREA", POWER, place, rotation_toward(place, (10, 0, 0)), shape="SQUARE", size=AREA_SIDE)
-    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fit)
-    assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
+        stage.add_lamp("AREA", POWER, place, stage.rotation_toward(place, (10, 0, 0)), shape="SQUARE", size=AREA_SIDE)
+    assert mean_colour(scene) / integrate(fit) == pytest.approx([1, 1, 1], abs=tolerance)
 
 
 def seen_after_a_rough_bounce(fit, everywhere, samples):
     """The light that a measured sphere under a lamp throws on a white wall: the camera sees that wall alone."""
-    scene = black_scene(8, 8, samples, span=0.5)
+    scene = stage.black_scene(8, 8, samples, span=0.5)
     scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 1
-    wall, shader, surface = blank_material("Wall", "ShaderNodeBsdfDiffuse")
-    shader.inputs["Color"].default_value = 1, 1, 1, 1
-    wall.node_tree.links.new(shader.outputs[0], surface)
     bpy.ops.mesh.primitive_plane_add(size=1, location=(0, 0, -3))
+    wall = stage.simple_material("Wall", "ShaderNodeBsdfDiffuse", {"Color": (1, 1, 1, 1)})
     bpy.context.object.data.materials.append(wall)
-    sphere = add_sphere()
+    sphere = stage.add_sphere()
     sphere.visible_camera = False
-    sphere.data.materials.append(osl_material_for(fit))
-    set_input(sphere.data.materials[0], "Exact Everywhere", everywhere)
+    sphere.data.materials.append(stage.osl_material_for(fit))
+    stage.set_input(sphere.data.materials[0], "Exact Everywhere", everywhere)
     # from below, so that the wall has no light from it
-    add_lamp("AREA", 1000, (0.6, 0, -3.2), (math.pi, 0, 0), shape="SQUARE", size=0.5)
-    add_lamp("SUN", 3, rotation=rotation_toward((-1, 0.3, -0.2)), angle=0.02)
-    return render(scene)[..., :3].astype(float)
+    stage.add_lamp("AREA", 1000, (0.6, 0, -3.2), (math.pi, 0, 0), shape="SQUARE", size=0.5)
+    stage.add_lamp("SUN", 3, rotation=stage.rotation_toward((-1, 0.3, -0.2)), angle=0.02)
+    return stage.render(scene)[..., :3].astype(float)
 
 
 def test_after_a_rough_bounce_the_mixture_has_the_light_of_the_fit(blender, fits):
@@ -254,16 +249,17 @@ def test_in_a_room_of_it_the_mixture_has_the_light_of_the_fit(blender, fits, mat
     """The first surface is exact, and six bounces light it."""
     means = []
     for everywhere in (False, True):
-        scene = black_scene(16, 16, 400, span=2)
+        scene = stage.black_scene(16, 16, 400, span=2)
         scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 6
         scene.camera.location = 0, 0, 2.9
         bpy.ops.mesh.primitive_cube_add(size=6)
         walls = bpy.context.object.data
         walls.flip_normals()
-        walls.materials.append(osl_material_for(fits[material]))
-        set_input(walls.materials[0], "Exact Everywhere", everywhere)
-        add_lamp("AREA", 200, (-2, 0, 1.5), rotation_toward((-2, 0, 1.5), (3, 0, 0)), shape="SQUARE", size=1)
-        means.append(render(scene)[..., :3].mean(axis=(0, 1)))
+        walls.materials.append(stage.osl_material_for(fits[material]))
+        stage.set_input(walls.materials[0], "Exact Everywhere", everywhere)
+        place = -2, 0, 1.5
+        stage.add_lamp("AREA", 200, place, stage.rotation_toward(place, (3, 0, 0)), shape="SQUARE", size=1)
+        means.append(mean_colour(scene))
     print(f"{material}: default / everywhere = {means[0] / means[1]}")
     assert means[0] == pytest.approx(means[1], rel=0.01)
 
@@ -286,25 +282,24 @@ def radiance_of_lamp(fit, seen_at, polar, half_side, is_inside, power):
 @pytest.mark.parametrize(("preset", "shape", "seen_at", "polar"), quick(
     [("Standard", "SQUARE", 45, 45), ("Standard", "DISK", 45, 45), ("Standard", "SQUARE", 70, 70),
      ("Paper", "SQUARE", 75, 60)], ("Standard", "SQUARE", 45, 45), ("Paper", "SQUARE", 75, 60)))
-def test_an_area_lamp_has_the_light_of_numerical_integration(blender, fits, krylon, preset, shape, seen_at, polar):
+def test_an_area_lamp_has_the_light_of_numerical_integration(blender, fits, standard, preset, shape, seen_at, polar):
     """Within .4 % in each channel, 3 % at grazing angles.
 
     Corrections that were left out where they are small took 2 % of krylon's green in the highlight; what a sampled
     direction may not take away was 11 % too much blue at grazing angles.
     """
-    fit = krylon if preset == "Standard" else fits["krylon"]
+    fit = standard("krylon_blue_RGB") if preset == "Standard" else fits["krylon"]
     seen_at, polar = math.radians(seen_at), math.radians(polar)
-    scene = black_scene(32, 32, 256, span=0.01)
+    scene = stage.black_scene(32, 32, 256, span=0.01)
     scene.cycles.max_bounces = 0
     scene.camera.location = -10 * math.sin(seen_at), 0, 10 * math.cos(seen_at)
-    scene.camera.rotation_euler = rotation_toward(scene.camera.location, (0, 0, 0))
+    scene.camera.rotation_euler = stage.rotation_toward(scene.camera.location, (0, 0, 0))
     bpy.ops.mesh.primitive_plane_add(size=8)
-    bpy.context.object.data.materials.append(osl_material_for(fit))
+    bpy.context.object.data.materials.append(stage.osl_material_for(fit))
     at = 5 * np.array([math.sin(polar), 0, math.cos(polar)])
-    add_lamp("AREA", 300, at, rotation_toward(at, (0, 0, 0)), shape=shape, size=2)
-    found = render(scene)[..., :3].mean(axis=(0, 1))
+    stage.add_lamp("AREA", 300, at, stage.rotation_toward(at, (0, 0, 0)), shape=shape, size=2)
     inside = {"SQUARE": lambda x, y: x == x, "DISK": lambda x, y: x * x + y * y < 1}[shape]
-    ratio = found / radiance_of_lamp(fit, seen_at, polar, 1, inside, 300)
+    ratio = mean_colour(scene) / radiance_of_lamp(fit, seen_at, polar, 1, inside, 300)
     print(f"{shape}, lamp at {polar:.2f}, seen at {seen_at:.2f}: rendered / integrated = {ratio}")
     assert ratio == pytest.approx([1, 1, 1], abs=0.004 if preset == "Standard" else 0.03)
 
@@ -313,9 +308,9 @@ def test_an_area_lamp_has_the_light_of_numerical_integration(blender, fits, kryl
 def test_what_is_taken_away_under_an_area_lamp_leaves_no_dark_pixel(blender, fits, material):
     """Krylon's red is 0 in two thirds of all pairs of directions: there a sum of what the mixture shows and of what
     sampled directions take away has a mean of 0, and its noise is on both sides."""
-    scene = sphere_scene(blender, fits[material], 64)
+    scene = sphere_scene(fits[material], 64)
     area()
-    picture = render(scene)[..., :3]
+    picture = stage.render(scene)[..., :3]
     below = -np.minimum(picture, 0)
     most, all_of_it = below.max() / picture.mean(), below.sum() / picture.sum()
     print(f"{material}: {most:.3g} of the mean at most, {all_of_it:.3g} in all")
@@ -323,27 +318,31 @@ def test_what_is_taken_away_under_an_area_lamp_leaves_no_dark_pixel(blender, fit
     assert all_of_it < 5e-6
 
 
+def matte(albedo):
+    """A fit of a Lambertian surface."""
+    theta = np.linspace(0, 1.5, 12)
+    theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
+    values = np.tile(albedo / math.pi, (len(theta_i), 1))
+    return fitter.fit(fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, ("R", "G", "B")), 3, None)
+
+
 def test_a_mixture_above_the_fit_is_not_seen_where_the_shader_is_exact(blender):
     """A matte plane whose red is four times as much in the mixture as in the fit, of which the colours below it have
     most: right, and nowhere below 0."""
     albedo = np.array([0.01, 0.5, 0.5])
-    theta = np.linspace(0, 1.5, 12)
-    theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
-    values, names = np.tile(albedo / math.pi, (len(theta_i), 1)), ("R", "G", "B")
-    matte = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, names, "matte", "synthetic")
-    fit = fitter.fit(matte, 3, None)
+    fit = matte(albedo)
     mixture = made_mixture()
     colour = np.zeros_like(mixture.colour)
     colour[:, 0] = albedo * [4, 1, 1]
     less = np.zeros_like(colour)
     less[:, 0] = 0.8 * albedo
     mixture = mixture._replace(colour=colour, sampling=mixture.sampling._replace(lower_colours=less))
-    scene = black_scene(16, 16, 16, span=0.1)
+    scene = stage.black_scene(16, 16, 16, span=0.1)
     scene.cycles.max_bounces = 0
     bpy.ops.mesh.primitive_plane_add(size=4)
-    bpy.context.object.data.materials.append(material_for(fit, Nodes(mixture, mixture)))
-    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), angle=0.1)
-    picture = render(scene)[..., :3]
+    bpy.context.object.data.materials.append(stage.material_for(fit, Nodes(mixture, mixture)))
+    stage.add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), angle=0.1)
+    picture = stage.render(scene)[..., :3]
     assert picture.mean(axis=(0, 1)) == pytest.approx(albedo / math.pi * math.cos(FROM_THE_LEFT), rel=0.02)
     assert picture.min() >= 0
 
@@ -351,21 +350,10 @@ def test_a_mixture_above_the_fit_is_not_seen_where_the_shader_is_exact(blender):
 @pytest.mark.parametrize("apart", quick([0.0, 0.005, 0.03], 0.005))
 def test_lamps_close_together_are_not_counted_twice(blender, fits, apart):
     fit = fits["foil"]
-    scene = sphere_scene(blender, fit, 16)
+    scene = sphere_scene(fit, 16)
     for side in (-1, 1):
-        add_lamp("SUN", 0.5, rotation=(0, -FROM_THE_LEFT + side * apart / 2, 0), angle=0)
-    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(mean_under_sun(fit), rel=0.01)
-
-
-def test_tint_multiplies_what_is_rendered(blender, fits):
-    pictures = []
-    for tint in ((1, 1, 1, 1), (0.5, 0.25, 1, 1)):
-        scene = sphere_scene(blender, fits["foil"], 16)
-        sun(angle=0)
-        material = blender.context.object.data.materials[0]
-        next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs["Tint"].default_value = tint
-        pictures.append(render(scene)[..., :3].mean(axis=(0, 1)))
-    np.testing.assert_allclose(pictures[1] / pictures[0], [0.5, 0.25, 1], rtol=2e-3)
+        stage.add_lamp("SUN", 0.5, rotation=(0, -FROM_THE_LEFT + side * apart / 2, 0), angle=0)
+    assert mean_colour(scene) == pytest.approx(mean_under_sun(fit), rel=0.01)
 
 
 def test_the_normal_input_turns_the_surface(blender, fits):
@@ -373,34 +361,19 @@ def test_the_normal_input_turns_the_surface(blender, fits):
     fit = fits["krylon"]
     lean = math.radians(30)
     normal = np.array([-math.sin(lean), 0, math.cos(lean)])
-    scene = black_scene(8, 8, samples=64, span=1)
+    scene = plane(fit, 64, normal)
     sun(angle=0)
-    blender.ops.mesh.primitive_plane_add(size=4)
-    material = osl_material_for(fit)
-    blender.context.object.data.materials.append(material)
-    nodes = material.node_tree.nodes
-    vector = nodes.new("ShaderNodeCombineXYZ")
-    for socket, value in zip(vector.inputs, normal, strict=True):
-        socket.default_value = value
-    group = next(n for n in nodes if n.type == "GROUP")
-    material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
-    toward = np.array([[-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)]])
-    expected = reflected(fit, normal[None], toward)[0]
-    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
+    assert mean_colour(scene) == pytest.approx(reflected(fit, normal[None], TOWARD[None])[0], rel=0.01)
 
 
 def test_a_white_surface_neither_loses_nor_gains_light(blender):
     """A fit of albedo 1 returns the light of a white world, to about a percent."""
-    theta = np.linspace(0, 1.5, 12)
-    theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
-    values = np.full((len(theta_i), 1), 1 / math.pi)
-    white = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, ("grey",), "white", "synthetic")
-    fit = fitter.fit(white, 3, None)
-    scene = sphere_scene(blender, fit, 64)
-    background(scene, 1)
+    fit = matte(np.ones(3))
+    scene = sphere_scene(fit, 64)
+    stage.background(scene, 1)
     expected = mean_under_world(fit).mean()
     assert expected == pytest.approx(math.pi / 4, rel=0.02)
-    assert render(scene)[..., :3].mean() == pytest.approx(expected, rel=0.005)
+    assert stage.render(scene)[..., :3].mean() == pytest.approx(expected, rel=0.005)
 
 
 @release
@@ -408,86 +381,57 @@ def test_more_lamps_without_a_size_than_lobes_still_give_all_their_light(blender
     """The shader then chooses lamps at random; the expectation is their sum."""
     fit = fits["foil"]
     angles = np.radians(np.linspace(-50, 60, 12))
-    scene = sphere_scene(blender, fit, 128)
+    scene = sphere_scene(fit, 128)
     for number, angle in enumerate(angles):
-        add_lamp("SUN", 1 + number % 3, rotation=(0, -angle, 0), angle=0)
-    expected = sum((1 + number % 3) * mean_under_sun(fit, angle) for number, angle in enumerate(angles))
-    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.005)
+        stage.add_lamp("SUN", 1 + number % 3, rotation=(0, -angle, 0), angle=0)
+    expected = sum((1 + number % 3) * mean_under_sun(fit, angle=angle) for number, angle in enumerate(angles))
+    assert mean_colour(scene) == pytest.approx(expected, rel=0.005)
 
 
-def test_strength_multiplies_what_is_rendered(blender, fits):
-    scene = sphere_scene(blender, fits["foil"], 16)
+def test_tint_and_strength_multiply_what_is_rendered(blender, fits):
+    scene = sphere_scene(fits["foil"], 16)
     sun(angle=0)
-    before = render(scene)[..., :3].mean()
-    set_input(blender.context.object.data.materials[0], "Strength", 0.5)
-    assert render(scene)[..., :3].mean() == pytest.approx(0.5 * before, rel=2e-3)
+    before = mean_colour(scene)
+    material = blender.context.object.data.materials[0]
+    stage.set_input(material, "Tint", (0.5, 0.25, 1, 1))
+    stage.set_input(material, "Strength", 0.5)
+    np.testing.assert_allclose(mean_colour(scene) / before, [0.25, 0.125, 0.5], rtol=2e-3)
 
 
 def test_back_faces_and_uneven_scales_are_lit_as_the_surface_they_show(blender, fits):
     means = []
     for turn, scale in ((0, (1, 1, 1)), (math.pi, (1, 1, 1)), (0, (3, 0.5, 2))):
-        scene = black_scene(8, 8, samples=64, span=0.5)
+        scene = stage.black_scene(8, 8, samples=64, span=0.5)
         sun(angle=0)
         blender.ops.mesh.primitive_plane_add(size=4, rotation=(turn, 0, 0))
         blender.context.object.scale = scale
-        blender.context.object.data.materials.append(osl_material_for(fits["krylon"]))
-        means.append(render(scene)[..., :3].mean())
+        blender.context.object.data.materials.append(stage.osl_material_for(fits["krylon"]))
+        means.append(stage.render(scene)[..., :3].mean())
     assert means[1] == pytest.approx(means[0], rel=2e-3)
     assert means[2] == pytest.approx(means[0], rel=2e-3)
 
 
 def test_light_from_below_the_horizon_does_not_leak(blender, fits):
     """Lobes extend below the horizon; light from there must not shine through a plane."""
-    scene = black_scene(8, 8, samples=64, span=0.5)
+    scene = stage.black_scene(8, 8, samples=64, span=0.5)
     scene.camera.rotation_euler, scene.camera.location = (1.3, 0, 0), (0, -9, 2.5)
     blender.ops.mesh.primitive_plane_add(size=4)
-    blender.context.object.data.materials.append(osl_material_for(fits["foil"]))
-    add_lamp("SUN", 1, rotation=(-math.radians(95), 0, 0), angle=0.1)
-    assert render(scene)[..., :3].mean() < 1e-3
+    blender.context.object.data.materials.append(stage.osl_material_for(fits["foil"]))
+    stage.add_lamp("SUN", 1, rotation=(-math.radians(95), 0, 0), angle=0.1)
+    assert stage.render(scene)[..., :3].mean() < 1e-3
 
 
 def sphere_far_away(fit, distance):
     """The mean of a sphere in an even world, (channels,), `distance` from the origin."""
-    scene = black_scene(SIZE, SIZE, 64, span=2)
+    scene = stage.black_scene(SIZE, SIZE, 64, span=2)
     scene.camera.data.type, scene.camera.data.lens, scene.camera.location = "PERSP", 100, (distance, 0, 8)
-    background(scene, 1)
-    sphere = add_sphere()
+    stage.background(scene, 1)
+    sphere = stage.add_sphere()
     sphere.location = distance, 0, 0
-    sphere.data.materials.append(osl_material_for(fit))
-    return render(scene)[..., :3].mean(axis=(0, 1))
+    sphere.data.materials.append(stage.osl_material_for(fit))
+    return mean_colour(scene)
 
 
 @release
 def test_ten_kilometres_from_the_origin_a_sphere_is_what_it_is_there(blender, fits):
     assert sphere_far_away(fits["foil"], 1e4) == pytest.approx(sphere_far_away(fits["foil"], 0), rel=3e-3)
-
-
-def catcher_noise(make_material):
-    """The noise of the shadow that a plane of a material catches from a sphere: of alpha."""
-    scene = black_scene(SIZE, SIZE, 64, span=6)
-    bpy.ops.mesh.primitive_plane_add(size=20)
-    bpy.context.object.data.materials.append(make_material())
-    bpy.context.object.is_shadow_catcher = True
-    diffuse, shader, surface = blank_material("Diffuse", "ShaderNodeBsdfDiffuse")
-    diffuse.node_tree.links.new(shader.outputs[0], surface)
-    sphere = add_sphere()
-    sphere.location = 0, 0, 1
-    sphere.data.materials.append(diffuse)
-    background(scene, 0.3)
-    add_lamp("AREA", 300, (3, 0, 4), (0, math.atan2(3, 4), 0), shape="SQUARE", size=2)
-    alpha = []
-    for scene.cycles.seed in (0, 1):
-        alpha.append(render(scene)[..., 3].astype(float))
-    assert np.mean(alpha) > 0.05, "it catches a shadow"
-    return np.sqrt(np.mean((alpha[0] - alpha[1]) ** 2) / 2)
-
-
-@release
-@pytest.mark.xfail(strict=False, reason="it is more than 1.5 times as noisy")
-def test_a_shadow_catcher_is_nearly_as_quiet_as_a_principled_one(blender, fits):
-    def principled():
-        material, shader, surface = blank_material("Principled", "ShaderNodeBsdfPrincipled")
-        material.node_tree.links.new(shader.outputs[0], surface)
-        return material
-
-    assert catcher_noise(lambda: osl_material_for(fits["krylon"])) < 1.5 * catcher_noise(principled)

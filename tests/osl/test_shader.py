@@ -19,15 +19,6 @@ from support.osl_probe import probe_osl
 COUNT = 10_000
 
 
-@pytest.fixture
-def probe(blender):
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
-
-    return probe_osl
-
-
 def direction_pairs(random):
     """Unit vectors in single precision, (2, n, 3): most of them anywhere, some grazing, normal or coplanar."""
     z = random.random((2, COUNT))
@@ -92,13 +83,17 @@ VECTORS = """
 """
 
 
+def evaluated(fit, vectors):
+    """A fit at pairs of directions, (2, n, 3), by the shader: (n, 3)."""
+    code = f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}"
+    return probe_osl(fit, code, COUNT, WI=vectors[0], WO=vectors[1])
+
+
 @pytest.mark.parametrize("name", quick(FITS, "leather (4,6,95)", "felt, level 6", "krylon, Standard"))
-def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
+def test_the_shader_evaluates_the_fit(blender, curet, cornell, random, name):
     fit = FITS[name](curet, cornell)
     vectors = direction_pairs(random)
-    code = f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}"
-    rendered = probe(fit, code, COUNT, WI=vectors[0], WO=vectors[1])
-    directions = angles(vectors)
+    rendered, directions = evaluated(fit, vectors), angles(vectors)
     expected = np.maximum(fit.evaluate(*directions), 0)
     bound = 1e-5 * expected + 1e-6
     if isinstance(fit.transform, LogRelative):
@@ -126,12 +121,10 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
     "Rusinkiewicz, stretched by 33, all lobes, damped",
     "anisotropic Rusinkiewicz, all lobes, two columns, damped", "anisotropic Rusinkiewicz, stretched by 5, fibres",
     "anisotropic Nusselt, mirror"))
-def test_the_shader_evaluates_every_part_of_a_fit(probe, random, name):
+def test_the_shader_evaluates_every_part_of_a_fit(blender, random, name):
     fit, vectors = MADE_FITS[name], direction_pairs(random)
-    rendered = probe(fit, f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}", COUNT,
-                     WI=vectors[0], WO=vectors[1])
     expected = np.maximum(fit.evaluate(*angles(vectors)), 0)
-    assert (np.abs(rendered - expected) <= 3e-5 * (expected + fit.transform.offset)).all()
+    assert (np.abs(evaluated(fit, vectors) - expected) <= 3e-5 * (expected + fit.transform.offset)).all()
 
 
 def test_values_below_zero_are_not_rendered(probe, glossy):

@@ -15,21 +15,10 @@ import fitter
 from fitter.cycles import node_lobes
 from fitter.cycles.node_mixture import Nodes, cycles_mixture
 from fitter.shader_constants import KNOTS
+from support import stage
 from support.cases import quick
 from support.made_fits import MADE_FITS
-from support.osl_probe import probe_osl
 from support.spheres import reflected
-from support.stage import (
-    add_lamp,
-    add_sphere,
-    background,
-    black_scene,
-    blank_material,
-    material_for,
-    osl_material_for,
-    render,
-    rotation_toward,
-)
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -39,14 +28,6 @@ def foil(curet):
     return fitter.fit(curet("aluminum foil"))
 
 
-@pytest.fixture
-def probe(blender):
-    from measured_brdf.addon.core.blender import osl_support
-
-    assert not osl_support.reason_unavailable()
-    return probe_osl
-
-
 def leaning(degrees, azimuth=180.0):
     """A unit vector at an angle to the z axis."""
     theta, phi = math.radians(degrees), math.radians(azimuth)
@@ -54,22 +35,18 @@ def leaning(degrees, azimuth=180.0):
 
 
 def add_sun(direction, strength=1.0, angle=0.0):
-    add_lamp("SUN", strength, rotation=rotation_toward(direction), angle=angle)
+    stage.add_lamp("SUN", strength, rotation=stage.rotation_toward(direction), angle=angle)
 
 
-def plane(fit, samples, normal=None, size=8, make=osl_material_for):
+def plane(fit, samples, normal=None, size=8, make=stage.osl_material_for):
     """A plane that fills the picture, its normal toward the viewer; its shading normal may be given."""
-    scene = black_scene(size, size, samples, span=0.5)
+    scene = stage.black_scene(size, size, samples, span=0.5)
     scene.cycles.max_bounces = 0
     bpy.ops.mesh.primitive_plane_add(size=4)
     material = make(fit)
     bpy.context.object.data.materials.append(material)
     if normal is not None:
-        vector = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
-        for socket, value in zip(vector.inputs, normal, strict=True):
-            socket.default_value = value
-        group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
-        material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
+        stage.connect_vector(material, "Normal", normal)
     return scene
 
 
@@ -79,12 +56,12 @@ def material_of_what_is_left(fit):
     below = np.zeros_like(mixture.sampling.lower_colours)
     sampling = mixture.sampling._replace(lower_colours=below, balance=np.ones_like(mixture.sampling.balance))
     mixture = mixture._replace(sampling=sampling)
-    return material_for(fit, Nodes(mixture, mixture))
+    return stage.material_for(fit, Nodes(mixture, mixture))
 
 
 def colours(scene):
     """(pixels, 3)"""
-    return render(scene)[..., :3].reshape(-1, 3).astype(float)
+    return stage.render(scene)[..., :3].reshape(-1, 3).astype(float)
 
 
 def over_disk(fit, normal, toward, radius, seen=lambda w: np.ones(len(w))):
@@ -183,23 +160,23 @@ def test_a_lamp_that_is_half_hidden_is_reflected_from_the_half_that_is_seen(blen
     wall = bpy.context.object
     wall.matrix_world = Matrix.Translation(5000 * toward - side * 1000 * across) @ frame
     wall.visible_camera = False
-    wall.data.materials.append(blank_material("Wall", "ShaderNodeBsdfDiffuse")[0])
+    wall.data.materials.append(stage.blank_material("Wall", "ShaderNodeBsdfDiffuse")[0])
     found = colours(scene).mean(axis=0)
     assert found == pytest.approx(half, rel=0.02)
 
 
 @pytest.mark.parametrize("seed", quick(range(4), 2))
-def test_nothing_is_subtracted_under_even_light_and_small_lamps(blender, foil, cornell, seed):
+def test_nothing_is_subtracted_under_even_light_and_small_lamps(blender, foil, standard, seed):
     """But where a sampled direction spreads: one in the skirt of a lobe takes its share away, and 1e-14 of the mean at
     the lamp beside it, which krylon's red hardly has more of."""
-    for fit in (foil, fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])):
-        scene = black_scene(64, 64, 4, span=2)
+    for fit in (foil, standard("krylon_blue_RGB")):
+        scene = stage.black_scene(64, 64, 4, span=2)
         scene.cycles.seed = seed
-        add_sphere().data.materials.append(osl_material_for(fit))
-        background(scene, 0.2)
+        stage.add_sphere().data.materials.append(stage.osl_material_for(fit))
+        stage.background(scene, 0.2)
         add_sun(leaning(50))
-        add_lamp("POINT", 50, (2, -2, 2), shadow_soft_size=0)
-        picture = render(scene)[..., :3]
+        stage.add_lamp("POINT", 50, (2, -2, 2), shadow_soft_size=0)
+        picture = stage.render(scene)[..., :3]
         assert picture.mean() > 0.01
         assert picture.min() > -1e-10 * picture.mean()
 
@@ -265,7 +242,7 @@ def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
     noise = []
     for strength in (0, 5):
         scene = plane(foil, 16, size=32)
-        background(scene, 1)
+        stage.background(scene, 1)
         add_sun(leaning(50, 200), strength)
         noise.append(colours(scene).std())
     assert noise[1] < 1.2 * noise[0]
@@ -276,7 +253,7 @@ def test_a_lamp_near_the_horizon_adds_no_more_noise_than_one_whose_middle_is_on_
     noise = []
     for elevation in (0.0, 0.05):
         scene = plane(foil, 32, size=32)
-        background(scene, 1)
+        stage.background(scene, 1)
         add_sun(leaning(90 - math.degrees(elevation)), angle=0.2)
         noise.append(colours(scene).std())
     assert noise[1] < 1.2 * noise[0]
@@ -285,7 +262,7 @@ def test_a_lamp_near_the_horizon_adds_no_more_noise_than_one_whose_middle_is_on_
 def test_beside_a_lamp_the_rest_of_the_world_gives_all_of_its_light(blender, foil):
     """Of the directions that carry all of the fit, most are taken about a lamp that hardly shines."""
     scene = plane(foil, 256, size=32, make=material_of_what_is_left)
-    background(scene, 1)
+    stage.background(scene, 1)
     add_sun(leaning(60), 1e-4, angle=0.6)
     r, phi = np.sqrt((np.arange(200) + 0.5) / 200)[:, None], (np.arange(100) + 0.5) / 100 * math.pi
     albedo = math.pi * foil.evaluate(np.arcsin(r), 0, 0, phi).mean(axis=(0, 1))
@@ -296,18 +273,18 @@ def test_a_small_lamp_is_not_drawn_at_as_well(blender, foil):
     """The residual is 0 there: it would add nothing in the mean, and fireflies to a picture."""
     pictures = []
     for seed in (1, 2):
-        scene = black_scene(96, 96, 16, span=2)
+        scene = stage.black_scene(96, 96, 16, span=2)
         scene.cycles.max_bounces, scene.cycles.seed = 0, seed
-        add_sphere().data.materials.append(osl_material_for(foil))
+        stage.add_sphere().data.materials.append(stage.osl_material_for(foil))
         add_sun(leaning(56), angle=0.0093)
-        pictures.append(render(scene)[..., :3])
+        pictures.append(stage.render(scene)[..., :3])
     assert np.std(pictures[1] - pictures[0]) < 0.02 * pictures[0].mean()
 
 
 def test_the_lobe_of_a_lamp_without_a_size_is_as_high_as_the_fit_in_every_pixel(blender, foil):
     """Cosines that round to more than 1 are not raised to the exponent of a lobe: on facets of a thousand normals."""
     side = 32
-    scene = black_scene(side, side, 4, span=side)
+    scene = stage.black_scene(side, side, 4, span=side)
     scene.cycles.max_bounces, scene.cycles.pixel_filter_type = 0, "BOX"
     random = np.random.default_rng(1)
     n = random.uniform(-0.5, 0.5, (side * side, 3)) + [-0.3, 0, 1.2]
@@ -323,7 +300,7 @@ def test_the_lobe_of_a_lamp_without_a_size_is_as_high_as_the_fit_in_every_pixel(
     toward = leaning(40)
     add_sun(toward)
     next(each for each in scene.objects if each.type == "LIGHT").data.use_shadow = False    # of a facet on others
-    found = render(scene)[::-1, :, 0].reshape(-1)
+    found = stage.render(scene)[::-1, :, 0].reshape(-1)
     expected = reflected(foil, n, np.broadcast_to(toward, n.shape)).mean(axis=-1)
     assert found == pytest.approx(expected, rel=3e-4)
 

@@ -27,10 +27,14 @@ PATH = re.compile(rf"[\w./-]+\.{EXTENSIONS}|[\w.-]+(?:/[\w.-]+)*/")
 DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+(?<!\.blend)(?<!\.npz)(?<!\.dat)(?<!\.astm)(?<!\.png)(?<!\.jpg)")
 
 
+def without_blocks(text):
+    """A page without its blocks of code."""
+    return re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+
+
 def backticked(text):
     """What stands in backticks, outside blocks of code."""
-    text = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
-    return [" ".join(quoted.split()) for quoted in re.findall(r"`([^`]+)`", text)]
+    return [" ".join(quoted.split()) for quoted in re.findall(r"`([^`]+)`", without_blocks(text))]
 
 
 def named_in(text):
@@ -190,7 +194,7 @@ def drawn_names(text):
 def missing_links(page, text):
     """The relative links and pictures of a page that lead nowhere, and those to headings that it does not have."""
     missing = []
-    for link in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)):
+    for link in re.findall(r"\]\(([^)\s]+)\)", without_blocks(text)):
         if re.match(r"[a-z]+:", link):
             continue
         name, _, heading = link.partition("#")

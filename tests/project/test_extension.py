@@ -4,7 +4,6 @@ import ast
 import json
 import os
 import re
-import subprocess
 import sys
 import tomllib
 import zipfile
@@ -13,7 +12,7 @@ import pytest
 
 from fitter.model import published
 from support.cases import release
-from support.checkout import ROOT
+from support.checkout import ROOT, run_python
 from support.stage import EXITS
 
 TOOL = ROOT / "tools" / "blender_extension.py"
@@ -71,12 +70,12 @@ print("UNINSTALLED")
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
     path = tmp_path_factory.mktemp("zip") / "measured_brdf.zip"
-    subprocess.run([sys.executable, TOOL, "build", "--source-dir", ROOT, "--output-filepath", path], check=True)
+    run_python(TOOL, "build", "--source-dir", ROOT, "--output-filepath", path, check=True)
     return path
 
 
 def test_blender_finds_the_package_valid(package):
-    done = subprocess.run([sys.executable, TOOL, "validate", package], capture_output=True, text=True, check=False)
+    done = run_python(TOOL, "validate", package)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -167,8 +166,7 @@ def test_the_command_line_works_in_the_package(package, glossy, write_astm, tmp_
     write_astm(tmp_path / "glossy.astm", glossy)
 
     def run(*arguments):
-        done = subprocess.run([sys.executable, "-m", "fitter", *arguments], cwd=tmp_path / "unpacked",
-                              capture_output=True, text=True, check=False, timeout=120)
+        done = run_python("-m", "fitter", *arguments, cwd=tmp_path / "unpacked")
         assert done.returncode == 0, done.stderr
         return done.stdout
 
@@ -180,9 +178,7 @@ def test_the_command_line_works_in_the_package(package, glossy, write_astm, tmp_
 
 @pytest.mark.parametrize("module", ["fitter", "fitter.cli"])
 def test_the_command_line_imports_no_report_and_nothing_that_only_reports_need(module):
-    done = subprocess.run([sys.executable, "-c", f"import sys, {module}; print(*sys.modules)"], cwd=ROOT,
-                          capture_output=True, text=True, check=True)
-    loaded = set(done.stdout.split())
+    loaded = set(run_python("-c", f"import sys, {module}; print(*sys.modules)").stdout.split())
     assert module in loaded
     assert not [name for name in loaded if name.split(".")[0] in {"scipy", "matplotlib"}
                 or name.startswith("benchmarks")]
@@ -210,13 +206,15 @@ def complaints(done):
             if re.search(r"Traceback|Error|Warning|Exception", line)]
 
 
+def in_clean_profile(folder, *arguments):
+    return run_python(*arguments, cwd=folder, env=os.environ | {"BLENDER_USER_RESOURCES": str(folder / "profile")})
+
+
 def test_installed_from_the_zip_into_a_clean_profile_it_works_and_goes_again(package, tmp_path):
     measurements = tmp_path / "white.astm"
     rows = [f"{i / 10},0,{o / 10},{p / 3},0.25,0.25,0.25" for i in range(1, 15) for o in range(15) for p in range(10)]
     measurements.write_text("\n".join(["VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]))
-    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
-    done = subprocess.run([sys.executable, "-c", USE_IT, package, measurements, tmp_path / "picture.exr"],
-                          env=environment, capture_output=True, text=True, check=False, timeout=300, cwd=tmp_path)
+    done = in_clean_profile(tmp_path, "-c", USE_IT, package, measurements, tmp_path / "picture.exr")
     assert done.returncode in EXITS, done.stdout + done.stderr
     assert not complaints(done)
     assert "UNINSTALLED" in done.stdout
@@ -234,9 +232,7 @@ def test_a_day_with_the_installed_extension(package, glossy, write_astm, tmp_pat
     for number in range(9):
         write_astm(folder / f"{number}.astm", glossy, f"paint {number}")
     (folder / "9.astm").write_text("nonsense")
-    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
-    done = subprocess.run([sys.executable, ROOT / "tests" / "project" / "habits.py", package, folder], env=environment,
-                          capture_output=True, text=True, check=False, timeout=300, cwd=tmp_path)
+    done = in_clean_profile(tmp_path, ROOT / "tests" / "project" / "habits.py", package, folder)
     assert "DONE" in done.stdout, done.stdout + done.stderr
     assert done.returncode in EXITS, done.stdout + done.stderr
     assert not [line for line in complaints(done) if "nonsense" not in line and "9.astm" not in line]

@@ -12,7 +12,7 @@ import pytest
 
 import fitter
 from support.cases import release
-from support.checkout import ROOT
+from support.checkout import ROOT, run_python
 
 SAVE_AND_BAKE = """
 import sys
@@ -59,8 +59,7 @@ def file(tmp_path):
 
 
 def fitter_command(*arguments, **options):
-    return subprocess.run([sys.executable, "-m", "fitter", *map(str, arguments)], cwd=ROOT, capture_output=True,
-                          text=True, check=False, timeout=120, **options)
+    return run_python("-m", "fitter", *map(str, arguments), **options)
 
 
 def test_a_process_killed_while_saving_or_baking_leaves_whole_files_and_a_rerun_finishes(file, tmp_path):
@@ -126,8 +125,7 @@ def test_a_file_system_without_room_is_reported_and_cleaned_up_after(file, tmp_p
 
 
 def test_an_import_that_finds_the_disk_full_leaves_the_blend_as_it_was_and_may_be_repeated(file):
-    done = subprocess.run([sys.executable, "-c", IMPORT, file], cwd=ROOT, capture_output=True, text=True, check=False,
-                          timeout=300)
+    done = run_python("-c", IMPORT, file)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "REPORTED Error: The OSL compiler" in done.stdout
     assert "REPEATED" in done.stdout

@@ -15,11 +15,11 @@ from fitter.methods.presets import PRESETS
 from fitter.model.microfacet import MAX_PRIOR_LOBES
 from support.checkout import ROOT
 
-from .test_docs import NOT_OURS, PATH, files, named_in
+from . import test_docs
+from .test_docs import NOT_OURS, PATH, files, named_in, without_blocks
 from .test_layers import LAYERS, imports
 
-PAGES = {path.relative_to(ROOT).as_posix(): path.read_text("utf-8")
-         for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md"))}
+PAGES = {path.relative_to(ROOT).as_posix(): path.read_text("utf-8") for path in test_docs.PAGES}
 MANUAL = [page for page in PAGES if page in ("README.md", "docs/start.md", "docs/manual.md", "docs/formats.md")
           or page.startswith("docs/manual/")]
 CYCLES = {"docs/devices.md"}                # names what is in the sources of Cycles and Blender
@@ -31,21 +31,17 @@ BLENDER = {"bpy", "blf", "bmesh", "bpy_extras", "gpu", "gpu_extras", "mathutils"
 # names in Blender that the manual leads through, and words in bold that are no names
 BLENDERS_OWN = {"File", "Import", "Edit", "Preferences", "Get Extensions", "the arrow at the top right", "Add-ons",
                 "Install from Disk", "Properties", "Material", "Image", "Save As", "F3", "Shift+A", "Color Management",
-                "Render properties", "Light", "Light Paths", "Filter Glossy", "External Data"}
+                "Render properties", "Light", "Light Paths", "Filter Glossy", "External Data", "Unpack Resources",
+                "Bake"}
 EMPHASISED = {"published fits, not measurements", "exactly", "Untested", "The sphere", "The curves", "The numbers",
               "The lobe", "The normal", "The plot", "Documentation", "Known limits.", "Files", "Materials", "Looking",
               "Editing", "Light", "Engines", "Reuse",
               "Do not mix it with a Principled BSDF, Glass or another measured material there"}
 
 
-def without_code(text):
-    return re.sub(r"^```.*?^```$|^ {4}.*$", "", text, flags=re.DOTALL | re.MULTILINE)
-
-
 def blocks(text):
     """Paragraphs, items of lists and rows of tables, each of which names files and what is in them."""
-    return re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )|\n(?=\|)", re.sub(r"^```.*?^```$", "", text,
-                                                                         flags=re.DOTALL | re.MULTILINE))
+    return re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )|\n(?=\|)", without_blocks(text))
 
 
 @cache
@@ -214,10 +210,11 @@ def labels():
 
 def unknown_labels(text):
     """The words in bold, and the steps of a way through menus (A > B), that neither we nor Blender have."""
-    text = without_code(text)
+    text = re.sub(r"^ {4}.*$", "", without_blocks(text), flags=re.MULTILINE)
     known = {label.strip() for label in labels() | BLENDERS_OWN}
     folded = {label.casefold() for label in known}
-    bold = {" ".join(words.split()) for words in re.findall(r"\*\*([^*]+)\*\*", text)} - EMPHASISED
+    bold = {" ".join(step.split()) for words in re.findall(r"\*\*([^*]+)\*\*", text)
+            for step in words.split(" > ")} - EMPHASISED
     unknown = {words for words in bold if words.removesuffix("...").casefold() not in folded}
     flat = " ".join(re.sub(r"\*\*|`", "", text).split())
     for sign in re.finditer(r" > ", flat):
@@ -237,5 +234,5 @@ def test_the_manual_names_what_the_interface_has(page):
 
 def test_a_label_that_the_interface_lacks_is_noticed():
     assert unknown_labels("**Enable OSL**, **exactly**, File > Import > Measured BRDFs (folder).") == set()
-    assert unknown_labels("Press **Enable OSL2**.") == {"Enable OSL2"}
+    assert unknown_labels("    code\n\nPress **Enable OSL2**.") == {"Enable OSL2"}
     assert unknown_labels("File > Import > Measured BRDF (CURET, pbrt-v2) reads") == {"Measured BRDF (CURET, pbrt-v2)"}

@@ -2,12 +2,10 @@
 
 import re
 import shutil
-import subprocess
-import sys
 
 import pytest
 
-from support.checkout import ROOT
+from support.checkout import ROOT, run_python
 
 SLICES = ("adjust", "baking", "compare", "importing", "inspect", "library", "mix", "photographs", "starter")
 WHOLE = ("__init__.py", "blender_manifest.toml", "addon", "fitter", "osl")
@@ -109,8 +107,7 @@ def done(tmp_path_factory, glossy, write_astm):
     folder = tmp_path_factory.mktemp("slices")
     file = write_astm(folder / "glossy.astm", glossy)
     parts = [str(each) for name in SLICES for each in (name, without(name, folder / name))]
-    return subprocess.run([sys.executable, "-c", SCRIPT, str(file), *parts], cwd=ROOT, capture_output=True, text=True,
-                          check=False)
+    return run_python("-c", SCRIPT, file, *parts, timeout=None)
 
 
 @pytest.mark.parametrize("name", SLICES)

@@ -5,7 +5,6 @@ Links between pages stay; those to files at the root of the repository become li
 
 import re
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 from support.checkout import ROOT
@@ -80,11 +79,8 @@ def _relinked(source: Path, name: str, pages: set[str], website: str | None) -> 
             return f"[{text}]({'../' * name.count('/')}{page}{anchor})"
         return f"[{text}]({website}/{page.removesuffix('.md')}.html{anchor})" if website else text
 
-    return _outside_code(source.read_text("utf-8"), lambda part: _LINK.sub(relink, part))
-
-
-def _outside_code(text: str, change: Callable[[str], str]) -> str:
-    return "".join(part if part.startswith("```") else change(part) for part in _CODE.split(text))
+    return "".join(part if part.startswith("```") else _LINK.sub(relink, part)
+                   for part in _CODE.split(source.read_text("utf-8")))
 
 
 def _as_webp(picture: Path, target: Path) -> None:

@@ -28,7 +28,7 @@ _MARK = 'PICTURE = "panel"'
 
 
 def names(table="PICTURES"):
-    """The pictures that the driver knows, or its OTHERS: films, and the steps of docs/start.md with their times."""
+    """The pictures that the driver knows, or its OTHERS: films, and what docs/start.md has the times of."""
     table = DRIVER.read_text("utf-8").partition(f"{table} = {{")[2].partition("}")[0]
     return [line.split('"')[1] for line in table.splitlines() if '"' in line]
 

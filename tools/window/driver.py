@@ -65,6 +65,20 @@ def import_sample(name="velvet", path=CURET):
     bpy.ops.measured_brdf.import_data(filepath=path, sample=name, preset="Standard")
 
 
+def leather_beside_velvet():
+    """A sphere of leather, which is pinned, and beside it one of velvet."""
+    import_sample("leather")
+    bpy.ops.measured_brdf.pin()
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
+    import_sample()
+
+
+def call(h, operator, *how, **options):
+    """Call an operator as from the 3D view."""
+    with h.override(h.area("VIEW_3D")):
+        operator(*how, **options)
+
+
 def settle(h):
     """Wait until what the panels have asked for is there, and they are drawn with it."""
     queue = next(module for name, module in sys.modules.items() if name.endswith("measured_brdf.addon.work.queue"))
@@ -92,10 +106,13 @@ def library(h):
     stage(h, "start")
 
 
-def panel(h):
-    stage(h, "adjust")
-    import_sample()
-    h.wait(20)
+def velvet(seconds, *opened):
+    """The column of properties of a sphere of velvet."""
+    def setup(h):
+        stage(h, *opened)
+        import_sample()
+        h.wait(seconds)
+    return setup
 
 
 def layers(h):
@@ -111,8 +128,7 @@ def layers(h):
 def flakes(h):
     stage(h, "texture")
     bpy.ops.measured_brdf.use_published(name="violet-acrylic")
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.add_flakes()
+    call(h, bpy.ops.measured_brdf.add_flakes)
     bpy.context.object.active_material.node_tree.nodes["Group"].inputs["Size"].default_value = 0.01
     h.area("VIEW_3D").spaces.active.region_3d.view_distance = 5
     h.wait(60)                              # EEVEE compiles
@@ -127,55 +143,32 @@ def compare(h):
 
 def compare_with(h):
     stage(h, "pictures")
-    import_sample("leather")
-    bpy.ops.measured_brdf.pin()
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
-    import_sample()
+    leather_beside_velvet()
     h.wait(4)
 
 
 def look(h):
     stage(h, "look")
-    import_sample("leather")
-    bpy.ops.measured_brdf.pin()
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
-    import_sample()
+    leather_beside_velvet()
     bpy.ops.measured_brdf.render_look()
     h.wait(6)
 
 
-def details(h):
-    stage(h, "data", "details", "settings")
-    import_sample()
-    h.wait(4)
-
-
-def measurements(h):
-    stage(h, "data")
-    import_sample()
-    h.wait(10)
-
-
 def rendering(h):
-    stage(h, "rendering")
-    import_sample()
+    velvet(10, "rendering")(h)
     bpy.context.scene.cycles.sample_clamp_indirect = 10
-    h.wait(10)
 
 
 def moved(h):
-    stage(h, "data")
-    import_sample()
+    velvet(6, "data")(h)
     bpy.context.object.active_material.measured_brdf.filepath = "/data/moved/abrdf.dat"
-    h.wait(6)
 
 
 def fitting(h):
     stage(h)
     import_sample()
     bpy.ops.measured_brdf.use_preset(preset="Reference")
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT")
+    call(h, bpy.ops.measured_brdf.fit, "INVOKE_DEFAULT")
     h.wait(2)
 
 
@@ -191,8 +184,7 @@ def point(h):
 
 
 def choose_sample(h):
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=CURET)
+    call(h, bpy.ops.measured_brdf.choose_sample, "INVOKE_DEFAULT", filepath=CURET)
     h.wait(2)
 
 
@@ -238,8 +230,7 @@ def lobe(h):
 
 
 def inspect(h):
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.inspect("INVOKE_DEFAULT", place="CURSOR")
+    call(h, bpy.ops.measured_brdf.inspect, "INVOKE_DEFAULT", place="CURSOR")
     h.wait(20)
 
 
@@ -253,16 +244,14 @@ def photographs(h):
 
 
 def open_photographs(h):
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.measure_photographs(filepath=BALL)
+    call(h, bpy.ops.measured_brdf.measure_photographs, filepath=BALL)
     bpy.context.scene.measured_brdf_photographs.active = 2
     h.sidebar("Measured BRDF")
     h.wait(8)
 
 
 def measure(h):
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.measure_ball("INVOKE_DEFAULT")
+    call(h, bpy.ops.measured_brdf.measure_ball, "INVOKE_DEFAULT")
     until_done(h)
 
 
@@ -280,8 +269,7 @@ def until_done(h):
 
 def open_lion(h):
     """Each twelfth photograph is used, and one of the others shown."""
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.measure_sample_photographs(filepath=LION)
+    call(h, bpy.ops.measured_brdf.measure_sample_photographs, filepath=LION)
     made = bpy.context.scene.measured_brdf_photographs
     for number, each in enumerate(made.photographs):
         each.used = number % 12 == 0
@@ -291,14 +279,12 @@ def open_lion(h):
 
 
 def measure_lion(h):
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.measure_sample()
+    call(h, bpy.ops.measured_brdf.measure_sample)
     h.wait(2)
 
 
 def compare_photograph(h):
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.compare_photograph("INVOKE_DEFAULT")
+    call(h, bpy.ops.measured_brdf.compare_photograph, "INVOKE_DEFAULT")
     until_done(h)
 
 
@@ -312,7 +298,7 @@ def sidebar(h):
 
 
 def first_material(h):
-    """The steps of docs/start.md on an empty profile, each with the seconds that it takes, as a new user has them."""
+    """The material tab of the cube on an empty profile, and the seconds that Blender does not answer."""
     uninstall()
     h.wait(1)
 
@@ -371,8 +357,7 @@ def until_there(h):
 
 def click_picture(h):
     area = column(h)
-    has_material = bpy.context.object.active_material is not None
-    press(h, area.x + 70, area.y + area.height - (360 if has_material else 330), "click")
+    press(h, area.x + 70, area.y + area.height - 330, "click")
     h.wait(0.1)
 
 
@@ -392,8 +377,7 @@ def render_ring(h):
     """What F12 calls: the key itself does not arrive on a screen without a window manager."""
     bpy.app.handlers.render_complete.append(lambda *_: began.setdefault("rendered", time.monotonic()))
     begin("render")
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.render.render("INVOKE_DEFAULT")
+    call(h, bpy.ops.render.render, "INVOKE_DEFAULT")
     h.wait(0.2)
 
 
@@ -405,48 +389,12 @@ def until_rendered(h):
     h.wait(3)
 
 
-def popover(h):
-    """The library opened from the panel of a material, whose pictures nobody has asked for before."""
-    stage(h)
-    bpy.ops.measured_brdf.use_published(name="violet-acrylic")
-    h.area("VIEW_3D").spaces.active.shading.type = "SOLID"
-
-
-def open_library(h):
-    area = column(h)
-    press(h, area.x + 200, area.y + area.height - 466, "library")
-    h.wait(0.1)
-
-
-def until_pictures(h):
-    shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
-    if shelf.coming() or not shelf._icons.known(("published", "gold-polished")):
-        return not_yet(h, until_pictures, 0.1)
-    tell("Open the library, until its pictures are there", "library")
-    h.wait(1)
-    h.later.append(lambda h: h.shoot("/share/extra-popup.png"))         # which closes when the pointer leaves it
-
-
 def until_icon(h):
     """Until Blender has drawn its own picture of the cube's material."""
     if bpy.app.is_job_running("RENDER_PREVIEW") or time.monotonic() - began["tab"] < 20:
         return not_yet(h, until_icon, 0.5)
     tell("Blender's own picture of the cube's material, or 20 s", "tab")
     print("TIME", "The longest of these that Blender did not answer", f"{began['longest']:.1f} s", sep="|", flush=True)
-
-
-def drop_file(h):
-    begin("file")
-    with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", filepath=GARNET)       # as a drop does
-    h.wait(0.2)
-
-
-def until_fitted(h):
-    if not bpy.context.object.active_material.name.startswith("Garnet"):
-        return not_yet(h, until_fitted)
-    tell("Drop a file of 1,439 measurements, until the object has the material", "file")
-    h.wait(1)
 
 
 def begin(what):
@@ -594,14 +542,14 @@ def whole(h):
 # what arranges the picture, what follows a redraw later, and the area that is shown
 PICTURES = {
     "library": (library, (settle,), column),
-    "panel": (panel, (settle,), column),
+    "panel": (velvet(20, "adjust"), (settle,), column),
     "layers": (layers, (settle,), column),
     "flakes": (flakes, (settle,), sphere_and_column),
     "compare": (compare, (settle, to_the_end), column),
     "compare_with": (compare_with, (settle, to_the_end, pointer_away), column),
     "look": (look, (settle, to_the_end), column),
-    "details": (details, (settle, to_the_end), column),
-    "measurements": (measurements, (settle, to_the_end), column),
+    "details": (velvet(4, "data", "details", "settings"), (settle, to_the_end), column),
+    "measurements": (velvet(10, "data"), (settle, to_the_end), column),
     "rendering": (rendering, (to_the_end,), column),
     "moved": (moved, (to_the_end,), column),
     "fitting": (fitting, (), column),
@@ -619,11 +567,8 @@ OTHERS = {
     "compare_drag": (film_compare, (settle, to_the_end, drag_line), column),
     "inspect": (film_inspect, (inspect, drag_light), whole),
     "drop": (film_drop, (open_folder, drag_file, dropped), screen),
-    "start": (first_material, (install, open_tab, until_there, click_picture, until_made, drop_file, until_fitted),
-              column),
     "ring": (gold_ring, (install, open_tab, until_there, click_picture, until_made, render_ring, until_rendered),
              screen),
-    "popover": (popover, (settle, open_library, until_pictures), screen),
     "icon": (first_material, (install, open_tab, until_there, until_icon), column),
 }
 setup, steps, crop = (PICTURES | OTHERS)[PICTURE]

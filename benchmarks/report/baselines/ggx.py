@@ -40,17 +40,6 @@ _ITERATIONS = 200
 class GGX:
     """A fitted model.
 
-    Attributes
-    ----------
-    kd : (channels,) float64
-        Diffuse reflectance, 1/sr.
-    f0 : (channels,) float64
-        Fresnel reflectance of the lobe at normal incidence, 0 to 1.
-    alpha : float
-        Width of the lobe, as a slope.
-    ceiling : (channels,) float64, or float
-        The largest value, 1/sr.
-
     Examples
     --------
     At normal incidence and reflection D is 1 / (pi alpha^2), F is F0 and V is 1/4.
@@ -60,10 +49,10 @@ class GGX:
     (0.179577, 0.179577)
     """
 
-    kd: FloatArray
-    f0: FloatArray
-    alpha: float
-    ceiling: FloatArray | float = LARGEST_VALUE
+    kd: FloatArray          # (channels,), diffuse reflectance, 1/sr
+    f0: FloatArray          # (channels,), Fresnel reflectance of the lobe at normal incidence, 0 to 1
+    alpha: float            # width of the lobe, as a slope
+    ceiling: FloatArray | float = LARGEST_VALUE         # (channels,), the largest value, 1/sr
 
     @property
     def coefficient_count(self) -> int:
@@ -82,17 +71,7 @@ class GGX:
 
 
 def fit(samples: Samples) -> GGX:
-    """Fit samples by least squares of cube roots, from several starts.
-
-    Parameters
-    ----------
-    samples : Samples
-
-    Returns
-    -------
-    GGX
-        The fit with the smallest error of `cube_root` at the samples.
-    """
+    """Least squares of cube roots from several starts, of which the best at the samples is taken."""
     at = _by_channel(geometry(*samples.directions))
     target = cube_root(samples.theta_o, samples.values)
     channels = samples.values.shape[1]

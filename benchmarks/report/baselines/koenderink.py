@@ -22,16 +22,10 @@ ORDER = 8
 
 @dataclass(frozen=True)
 class Koenderink:
-    """A fitted model.
-
-    Attributes
-    ----------
-    order : int
-    coefficients : (modes(order), channels) float64
-    """
+    """A fitted model."""
 
     order: int
-    coefficients: FloatArray
+    coefficients: FloatArray        # (modes(order), channels)
 
     @property
     def coefficient_count(self) -> int:
@@ -50,15 +44,6 @@ class Koenderink:
 
 def fit(samples: Samples, order: int = ORDER) -> Koenderink:
     """Fit samples by linear least squares.
-
-    Parameters
-    ----------
-    samples : Samples
-    order : int
-
-    Returns
-    -------
-    Koenderink
 
     Examples
     --------
@@ -89,15 +74,8 @@ def modes(order: int) -> list[tuple[int, int, int]]:
 def zernike_radial(n: int, l: int, r: ArrayLike) -> FloatArray:
     """The Zernike radial polynomial R_n^l.
 
-    The polynomials of one l are orthogonal: the integral of R_n^l R_m^l r dr over 0 to 1 is 1 / (2 n + 2) if n = m,
-    otherwise 0.
-
-    Parameters
-    ----------
-    n, l : int
-        n - l is even and not negative.
-    r : array_like
-        0 to 1.
+    n - l is even and not negative, and r from 0 to 1. The polynomials of one l are orthogonal: the integral of
+    R_n^l R_m^l r dr over 0 to 1 is 1 / (2 n + 2) if n = m, otherwise 0.
 
     Examples
     --------

@@ -40,15 +40,6 @@ _STARTS = (
 class Lafortune:
     """A fitted model.
 
-    Attributes
-    ----------
-    rho : (channels,) float64
-        Diffuse albedo.
-    lobes : (lobes, 3, channels) float64
-        Cxy, Cz and n of each lobe.
-    ceiling : (channels,) float64, or float
-        The largest value, 1/sr; that of `bounds.ceiling` in a fit, far above any reflectance in a published model.
-
     Examples
     --------
     A mirror-like lobe, Cxy = -1 and Cz = 1, is the n-th power of the cosine between o and the mirror direction of i.
@@ -58,9 +49,9 @@ class Lafortune:
     ([1.0, 0.400984], 0.400984)
     """
 
-    rho: FloatArray
-    lobes: FloatArray
-    ceiling: FloatArray | float = LARGEST_VALUE
+    rho: FloatArray         # (channels,), diffuse albedo
+    lobes: FloatArray       # (lobes, 3, channels): Cxy, Cz and n of each
+    ceiling: FloatArray | float = LARGEST_VALUE         # (channels,), the largest value, 1/sr
 
     @property
     def coefficient_count(self) -> int:
@@ -81,18 +72,7 @@ class Lafortune:
 
 
 def fit(samples: Samples, lobes: int = LOBES) -> Lafortune:
-    """Fit each channel of samples by Levenberg-Marquardt from several starts.
-
-    Parameters
-    ----------
-    samples : Samples
-    lobes : int, 1 to 3
-
-    Returns
-    -------
-    Lafortune
-        The fit with the smallest RMSE at the samples.
-    """
+    """Each channel by Levenberg-Marquardt from several starts, with 1 to 3 lobes; the fit of the smallest RMSE."""
     xy, z = _products(*samples.directions)
     best = np.stack([_fit_channel(xy, z, values, lobes) for values in samples.values.T], axis=-1)
     return Lafortune(best[0] * np.pi, _unpack(best[1:]), ceiling(samples.values))

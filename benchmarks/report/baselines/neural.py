@@ -48,15 +48,6 @@ _TILTED = 1e-4              # sin theta_h, below which d has no azimuth and is g
 class Neural:
     """A fitted model.
 
-    Attributes
-    ----------
-    weights : tuple of (inputs, outputs) float32
-        Of each layer.
-    biases : tuple of (outputs,) float32
-        Of each layer.
-    ceiling : (channels,) float64, or float
-        The largest value, 1/sr.
-
     Examples
     --------
     With three channels there are 675 weights. A network of zeros reflects exp(b3) - 1 everywhere.
@@ -68,9 +59,9 @@ class Neural:
     (675, [0.1, 0.2, 0.3])
     """
 
-    weights: tuple[SingleArray, ...]
-    biases: tuple[SingleArray, ...]
-    ceiling: FloatArray | float = LARGEST_VALUE
+    weights: tuple[SingleArray, ...]                # (inputs, outputs) of each layer
+    biases: tuple[SingleArray, ...]                 # (outputs,)
+    ceiling: FloatArray | float = LARGEST_VALUE     # (channels,), the largest value, 1/sr
 
     @property
     def coefficient_count(self) -> int:
@@ -89,16 +80,7 @@ class Neural:
 
 
 def fit(samples: Samples) -> Neural:
-    """Train networks on samples, all of them at once, and keep the best.
-
-    Parameters
-    ----------
-    samples : Samples
-
-    Returns
-    -------
-    Neural
-    """
+    """Train networks on samples, all of them at once, and keep the best."""
     random = np.random.default_rng(_SEED)
     unseen = folds(len(samples), INNER_FOLDS, _SEED)[0]
     seen = np.setdiff1d(np.arange(len(samples)), unseen)
@@ -116,7 +98,8 @@ def fit(samples: Samples) -> Neural:
     kept = [array.copy() for array in parameters]
     for step in range(1, STEPS + 1):
         batch = next(batches)
-        adam.move(gradient(parameters, x[batch], cos_i[batch], target[batch]), _rate(step))
+        rate = RATE * (1 + np.cos(np.pi * step / STEPS)) / 2
+        adam.move(gradient(parameters, x[batch], cos_i[batch], target[batch]), rate)
         if step % _CHECK == 0:
             found = np.clip(_reflectance(_forward(parameters[::2], parameters[1::2], x[unseen])[-1]), 0, top)
             errors = np.array([np.mean((cube_root(samples.theta_o[unseen], one) - wanted) ** 2) for one in found])
@@ -129,23 +112,10 @@ def fit(samples: Samples) -> Neural:
 
 
 def published(path: str | Path, name: str) -> Neural:
-    """One of the networks that the authors published, for the materials of MERL and of RGL.
+    """One of the networks that the authors published, for the materials of MERL and of RGL: without a ceiling.
 
-    Parameters
-    ----------
-    path : path-like
-        An .npz of `names` (n,) and `weights` (n, 675): for each layer its weights, row by row, and its biases.
-    name : str
-
-    Returns
-    -------
-    Neural
-        Without a ceiling.
-
-    Raises
-    ------
-    ValueError
-        If there is no network of this name.
+    The file is an .npz of `names` (n,) and `weights` (n, 675): for each layer its weights, row by row, and its biases.
+    Raises ValueError if there is no network of this name.
     """
     with np.load(path) as networks:
         names = [str(each) for each in networks["names"]]
@@ -161,15 +131,7 @@ def published(path: str | Path, name: str) -> Neural:
 def half_and_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
     """The half and the difference vector, turned to azimuth 0 of h; of two mirror images that with d_y >= 0.
 
-    Parameters
-    ----------
-    theta_i, phi_i, theta_o, phi_o : array_like, broadcast to (...)
-        Radians.
-
-    Returns
-    -------
-    (..., 6) float64
-        h and d.
+    Angles broadcast to (...), radians, to h and d, (..., 6) float64.
 
     Examples
     --------
@@ -198,19 +160,9 @@ def gradient(parameters: list[SingleArray], x: SingleArray, cos_i: SingleArray,
              target: SingleArray) -> list[SingleArray]:
     """The gradient of the loss of each network: the mean absolute difference of log(1 + f cos theta_i).
 
-    Parameters
-    ----------
-    parameters : list of (networks, inputs, outputs) and (networks, 1, outputs) arrays
-        Weights and biases of the layers, in turn.
-    x : (n, 6) array
-        Of `half_and_difference`.
-    cos_i : (n, 1) array
-    target : (n, channels) array
-        log(1 + f cos theta_i) of the samples.
-
-    Returns
-    -------
-    list of arrays like `parameters`
+    Parameters are weights, (networks, inputs, outputs), and biases, (networks, 1, outputs), of the layers in turn; x,
+    (n, 6), is of `half_and_difference`, cos_i is (n, 1), and the target log(1 + f cos theta_i) of the samples,
+    (n, channels).
     """
     weights, biases = parameters[::2], parameters[1::2]
     *inputs, last = _forward(weights, biases, x)
@@ -274,7 +226,3 @@ def _batches(random: np.random.Generator, indices: IntArray) -> Iterator[IntArra
         shuffled = random.permutation(indices)
         size = min(BATCH, len(indices))
         yield from (shuffled[first:first + size] for first in range(0, len(shuffled) - size + 1, size))
-
-
-def _rate(step: int) -> float:
-    return RATE * (1 + np.cos(np.pi * step / STEPS)) / 2

@@ -41,30 +41,14 @@ _FLAT = 1e-6                # extent of a coordinate, over the largest, below wh
 
 @dataclass(frozen=True)
 class ThinPlate:
-    """A fitted model.
+    """A fitted model."""
 
-    Attributes
-    ----------
-    spline : callable
-        The spline: coordinates (n, axes) to (n, channels).
-    centre : (3,) float64
-        The mean of the coordinates of the samples.
-    axes : (3, axes) float64
-        Orthogonal directions in which the samples differ; all three, unless they lie in a plane or on a line.
-    count : int
-        Samples that the spline holds.
-    offset : float
-        1/sr.
-    ceiling : (channels,) float64
-        The largest value, 1/sr.
-    """
-
-    spline: Callable[[FloatArray], FloatArray]
-    centre: FloatArray
-    axes: FloatArray
-    count: int
-    offset: float
-    ceiling: FloatArray
+    spline: Callable[[FloatArray], FloatArray]      # coordinates (n, axes) to (n, channels)
+    centre: FloatArray      # (3,), the mean of the coordinates of the samples
+    axes: FloatArray        # (3, axes), orthogonal, in which they differ; all, unless they lie in a plane or on a line
+    count: int              # of samples that the spline holds
+    offset: float           # 1/sr
+    ceiling: FloatArray     # (channels,), the largest value, 1/sr
 
     @property
     def coefficient_count(self) -> int:
@@ -87,14 +71,6 @@ class ThinPlate:
 
 def fit(samples: Samples) -> ThinPlate:
     """Fit all channels of samples, with the smoothing that predicts best.
-
-    Parameters
-    ----------
-    samples : Samples
-
-    Returns
-    -------
-    ThinPlate
 
     Examples
     --------

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import fitter
-from benchmarks.translucent import compared
 from fitter.formats import is_there
 from fitter.model import published
 from fitter.optics import subsurface
@@ -25,7 +24,7 @@ def below(name):
 
 @pytest.mark.parametrize("name", quick(PHOTONS, "skin-1"))
 def test_what_leaves_and_how_far_from_where_it_entered_is_as_photons_have_it(name):
-    for truth, walk in compared(below(name), PHOTONS[name]):
+    for truth, walk in photons.compare_walk(below(name), PHOTONS[name]):
         assert walk[0] == pytest.approx(truth[0], rel=0.02)
         assert walk[1:] == pytest.approx(truth[1:], rel=0.05)
 
