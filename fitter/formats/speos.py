@@ -48,7 +48,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from ..samples import RGB, Samples, freeze_new_arrays
+from ..samples import RGB, Samples
 from . import unmeasured
 from .format import Format
 from .isotropy import finished
@@ -162,7 +162,6 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         channels, colour = RGB, to_linear_srgb(_BANDS, np.interp(_BANDS, bands, shares)[None],
                                                illuminant=reading.illuminant)[0]
     values = relative[:, None] / reflected * colour
-    freeze_new_arrays(values)
     note = f"Reflects {np.mean(shares):.4g} at {np.degrees(at[0]):g} degrees, as the file says"
     samples = Samples(theta_i, phi, theta_o, phi_o, values, channels, Path(path).stem, str(path),
                       (note, *(reading.notes if len(channels) > 1 else ())))

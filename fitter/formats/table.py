@@ -62,7 +62,7 @@ from .reading import BY_DEFAULT, Reading
 from .repeats import averaged
 from .table_columns import Columns, shorten
 from .table_layout import Layout
-from .text import check_azimuths, check_thetas, decode, line_number, lines
+from .text import check_angles, decode, line_number, lines
 from .wavelength_rows import wavelengths_to_columns
 
 _SYMMETRY = re.compile(rb"#+[ \t]*symmetry[ \t]*[:=][ \t]*", re.IGNORECASE)
@@ -160,8 +160,7 @@ def _measurements(columns: Columns, numbers: FloatArray, units: list[str | None]
     what, note, said_cosine = table_columns.quantity(columns, units, said, reading, path, line)
     angles = columns.angles(numbers)
     in_degrees = _are_degrees(unit, angles, reading, path, line)
-    check_thetas(np.abs(angles[:, [0, 2]]), find_line, path, in_degrees)
-    check_azimuths(angles[:, [1, 3]], find_line, path)
+    check_angles(angles, find_line, path, in_degrees, signed=True)
     notes = [angles_note(in_degrees, unit, reading)]
     values, channels = numbers[:, [*columns.values]], [value.channel for value in columns.values.values()]
     if (wavelength := columns.roles.get(WAVELENGTH)) is not None:

@@ -56,7 +56,7 @@ import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples, freeze_new_arrays, subset
+from ..samples import HORIZON, RGB, Samples, subset
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
@@ -120,7 +120,6 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     channels: tuple[str, ...] = ("grey",)
     if expected == 3:
         channels, values = RGB, values @ XYZ_TO_SRGB.T
-    freeze_new_arrays(*directions, values)
     samples = finished(Samples(*directions, values, channels, Path(path).stem, str(path), notes), reading)
     symmetrical = header.words["Symmetry"].lower().startswith("planesymmetrical")
     if samples.isotropic:
