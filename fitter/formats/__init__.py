@@ -3,6 +3,7 @@
 To add a format, write a module that ends with its `Format`, and enter it in `FORMATS`; CONTRIBUTING.md shows how.
 """
 
+import difflib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..colours import COLOURS, DEFAULT_COLOURS
-from ..errors import DatasetError, printable
+from ..errors import DatasetError, SampleUnknownError, printable
 from ..model import published
 from ..samples import Samples
 from ..storage import files
@@ -38,7 +39,7 @@ from . import (
 from .format import Format
 from .gamut import convert_samples
 from .reading import OPTIONS, Reading, check_choice
-from .text import is_plain, plain_text, read_bytes
+from .text import is_plain, parse_number, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
@@ -100,11 +101,11 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
         return convert_samples(_note_unused_options(reading, (), "published fits", samples), colours)
     known, content = _recognise(path, reading.columns)
     chosen: dict[str, Any] = {"reading": reading} if known.options else {}
-    if known.list_samples is not None:
-        chosen["sample"] = sample
-    else:
-        _no_sample(path, sample)
     with _raise_dataset_errors(path):
+        if known.list_samples is not None:
+            chosen["sample"] = _choose_sample(path, sample, known.list_samples(path, content))
+        else:
+            _no_sample(path, sample)
         samples = known.read(path, content, **chosen)
     _check_content(samples, path)
     if reading.isotropic is not None and "isotropic" not in known.options:
@@ -138,6 +139,25 @@ def _note_unused_options(reading: Reading, options: tuple[str, ...], files: str,
 def _no_sample(path: str | Path, sample: str | int | None) -> None:
     if sample not in (None, ""):
         raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
+
+
+def _choose_sample(path: str | Path, sample: str | int | None, listed: list[tuple[int, str]]) -> int:
+    """The number of the sample that a user names, by number or name; the first of the file without one."""
+    if sample in (None, ""):
+        return listed[0][0]
+    text = str(sample).strip().lower()
+    if text.isdecimal() or isinstance(sample, int | float):
+        numbers = [number for number, _ in listed]
+        if (number := parse_number(text.encode(), path)) not in numbers:
+            raise SampleUnknownError(f"no sample {text}, expected a number from {min(numbers)} to {max(numbers)} or a "
+                                     "name", path)
+        return int(number)
+    names = [printable(name).lower() for _, name in listed]
+    if text not in names:
+        near = difflib.get_close_matches(text, names, n=3) or [name for name in names if text in name][:3]
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise SampleUnknownError(f"no sample named '{text}'{hint}", path)
+    return listed[names.index(text)][0]
 
 
 def is_there(path: str | Path) -> bool:

@@ -14,7 +14,6 @@ database's table of geometries, which comes with this project; `Samples.saturate
 Limits: the geometries are fixed, so that all 205 values must be there.
 """
 
-import difflib
 import re
 from functools import cache
 from pathlib import Path
@@ -22,10 +21,10 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError, SampleUnknownError
+from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
-from .text import line_number, lines, parse_number, parse_row, plain_text, read_bytes
+from .text import line_number, lines, parse_row, plain_text, read_bytes
 
 GEOMETRIES = 205
 SAMPLE_NAMES = (
@@ -50,37 +49,31 @@ def recognises(content: bytes) -> bool:
 
 def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
     """The (number, name) of each sample of a file."""
-    return [(number, sample_name(number)) for number in _rows(path, content)]
+    return [(number, SAMPLE_NAMES[number - 1]) for number in _rows(path, content)]
 
 
-def sample_name(number: int) -> str:
-    """The name of a CURET sample, 1 to 61."""
-    return SAMPLE_NAMES[number - 1]
-
-
-def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
+def read(path: str | Path, content: bytes, sample: int) -> Samples:
     """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
 
-    Raises DatasetError if a file is malformed, or the sample is not in it.
+    Raises DatasetError if a file is malformed.
     """
     path = Path(path)
     rows = _rows(path, content)
-    number = _sample_number(sample, rows, path)
     members = _color_files(path)
     channels: tuple[str, ...] = RGB
     columns = []
     if members is None:
-        channels, columns = ("grey",), [_values(path, content, rows[number])]
+        channels, columns = ("grey",), [_values(path, content, rows[sample])]
     else:
         for member in members:
             text = content if member == path else plain_text(read_bytes(member), member)
             member_rows = _rows(member, text)
-            if number not in member_rows:
-                raise DatasetError(f"no sample {number}, which {path.name} has", member)
-            columns.append(_values(member, text, member_rows[number]))
+            if sample not in member_rows:
+                raise DatasetError(f"no sample {sample}, which {path.name} has", member)
+            columns.append(_values(member, text, member_rows[sample]))
     theta_v, phi_v, theta_i, phi_i = geometry().T
-    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path),
-                   saturated=_read_overflow(path, number))
+    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, SAMPLE_NAMES[sample - 1],
+                   str(path), saturated=_read_overflow(path, sample))
 
 
 def _read_overflow(path: Path, number: int) -> BoolArray | None:
@@ -136,25 +129,6 @@ def _rows(path: str | Path, content: bytes) -> dict[int, int]:
 def _values(path: str | Path, content: bytes, position: int) -> list[float]:
     """The values of the sample whose line starts at a position."""
     return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, content, position)[1:]
-
-
-def _sample_number(sample: str | int | None, rows: dict[int, int], path: str | Path) -> int:
-    """The number of the sample that a user names, by number or name; the first of the file without one."""
-    if sample is None or sample == "":
-        return next(iter(rows))
-    text = str(sample).strip().lower()
-    if text.isdecimal() or isinstance(sample, int | float):
-        number = parse_number(text.encode(), path)
-        if number not in rows:
-            raise SampleUnknownError(f"no sample {text}, expected a number from {min(rows)} to {max(rows)} or a name",
-                                     path)
-        return int(number)
-    named = {sample_name(number): number for number in rows}
-    if text not in named:
-        near = difflib.get_close_matches(text, named, n=3) or [name for name in named if text in name][:3]
-        hint = f"; did you mean {' or '.join(near)}?" if near else ""
-        raise SampleUnknownError(f"no sample named '{text}'{hint}", path)
-    return named[text]
 
 
 def _color_files(path: Path) -> list[Path] | None:

@@ -24,8 +24,8 @@ class Format:
     recognises : callable
         Takes the content; returns whether it is in this format. Exactly one format recognises an undamaged file.
     read : callable
-        Takes path and content, ``sample`` if the format has `list_samples`, and ``reading`` if it has `options`;
-        returns `Samples`, colours in linear Rec.709, or raises `DatasetError`.
+        Takes path and content, the number ``sample`` if the format has `list_samples`, and ``reading`` if it has
+        `options`; returns `Samples`, colours in linear Rec.709, or raises `DatasetError`.
     options : tuple of str
         The fields of `Reading` that matter to the format; of the others it has a definition of its own.
     is_text : bool
