@@ -248,24 +248,20 @@ def _recognise(path: str | Path, columns: str | None = None) -> tuple[Format, by
     """
     content = read_bytes(path, max(known.largest for known in FORMATS))
     with _raise_dataset_errors(path):
-        return _find_format(path, content, columns)
-
-
-def _find_format(path: str | Path, content: bytes, columns: str | None) -> tuple[Format, bytes]:
-    known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
-    if known is None:
-        largest = max(known.largest for known in FORMATS if known.is_text)
-        text = plain_text(content, path) if len(content) <= largest and is_plain(content) else b""
-        known = next((known for known in FORMATS if known.is_text and not (columns and known in _WITHOUT_MARK)
-                      and known.recognises(text)), None)
-        if known is None and columns and table_layout.find(text, columns) is not None:
-            known = table.FORMAT
+        known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
         if known is None:
-            raise _unknown_format(path, content, text, largest, columns)
-        content = text
-    if len(content) > known.largest:
-        raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
-    return known, content
+            largest = max(known.largest for known in FORMATS if known.is_text)
+            text = plain_text(content, path) if len(content) <= largest and is_plain(content) else b""
+            known = next((known for known in FORMATS if known.is_text and not (columns and known in _WITHOUT_MARK)
+                          and known.recognises(text)), None)
+            if known is None and columns and table_layout.find(text, columns) is not None:
+                known = table.FORMAT
+            if known is None:
+                raise _unknown_format(path, content, text, largest, columns)
+            content = text
+        if len(content) > known.largest:
+            raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
+        return known, content
 
 
 def _unknown_format(path: str | Path, content: bytes, text: bytes, largest: int, columns: str | None) -> DatasetError:

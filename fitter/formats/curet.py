@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
@@ -58,42 +58,27 @@ def read(path: str | Path, content: bytes, sample: int) -> Samples:
     Raises DatasetError if a file is malformed.
     """
     path = Path(path)
-    rows = _rows(path, content)
-    members = _color_files(path)
-    channels: tuple[str, ...] = RGB
+    members = _color_files(path) or [path]
     columns = []
-    if members is None:
-        channels, columns = ("grey",), [_values(path, content, rows[sample])]
-    else:
-        for member in members:
-            text = content if member == path else plain_text(read_bytes(member), member)
-            member_rows = _rows(member, text)
-            if sample not in member_rows:
-                raise DatasetError(f"no sample {sample}, which {path.name} has", member)
-            columns.append(_values(member, text, member_rows[sample]))
+    for member in members:
+        if (column := _values(member, content if member == path else None, sample)) is None:
+            raise DatasetError(f"no sample {sample}, which {path.name} has", member)
+        columns.append(column)
+    over = [column for member in _overflow_files(path) if member.is_file()
+            and (column := _values(member, None, sample)) is not None]
     theta_v, phi_v, theta_i, phi_i = geometry().T
-    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, SAMPLE_NAMES[sample - 1],
-                   str(path), saturated=_read_overflow(path, sample))
-
-
-def _read_overflow(path: Path, number: int) -> BoolArray | None:
-    """Which measurements of a sample overflowed the camera in any channel: (205,); None if no file beside says it."""
-    overflowed: BoolArray | None = None
-    for letter in RGB:
-        member = path.with_name(f"{letter.lower()}over.dat")
-        if not member.is_file():
-            continue
-        text = plain_text(read_bytes(member), member)
-        rows = _rows(member, text)
-        if number in rows:
-            share = np.array(_values(member, text, rows[number]))
-            overflowed = (share > 0) | (False if overflowed is None else overflowed)
-    return overflowed
+    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), RGB if len(members) > 1 else ("grey",),
+                   SAMPLE_NAMES[sample - 1], str(path), saturated=np.max(over, axis=0) > 0 if over else None)
 
 
 def files_of(path: Path) -> list[Path]:
     """The files that are read with one, itself included."""
-    return [*(_color_files(path) or [path]), *(path.with_name(f"{letter.lower()}over.dat") for letter in RGB)]
+    return [*(_color_files(path) or [path]), *_overflow_files(path)]
+
+
+def _overflow_files(path: Path) -> list[Path]:
+    """Those beside a file that say of each channel which measurements overflowed the camera."""
+    return [path.with_name(f"{letter.lower()}over.dat") for letter in RGB]
 
 
 def read_with(path: Path) -> Path | None:
@@ -126,9 +111,12 @@ def _rows(path: str | Path, content: bytes) -> dict[int, int]:
     return rows
 
 
-def _values(path: str | Path, content: bytes, position: int) -> list[float]:
-    """The values of the sample whose line starts at a position."""
-    return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, content, position)[1:]
+def _values(path: Path, content: bytes | None, sample: int) -> list[float] | None:
+    """The values of a sample in a file, of which the content may be known; None if it is not in it."""
+    text = plain_text(read_bytes(path), path) if content is None else content
+    if (position := _rows(path, text).get(sample)) is None:
+        return None
+    return parse_row(next(lines(text, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, text, position)[1:]
 
 
 def _color_files(path: Path) -> list[Path] | None:
