@@ -86,17 +86,9 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
 
 @dataclass(frozen=True)
 class _Columns:
-    """What the VARS line says, which is the line `line` and ends at `start`.
-
-    Attributes
-    ----------
-    angles, values : list of int
-        The columns of `ANGLES`, and those of the channels.
-    unit : str, or None
-        "deg" or "rad", if the names say it.
-    separator : bytes, or None
-        Of the numbers below: a comma, or white space.
-    """
+    """What the VARS line says, which is the line `line` and ends at `start`: the columns of `ANGLES`, and those of
+    values with their names; the unit of angles, "deg" or "rad", if the names say it; and what separates the numbers
+    below, a comma, or None for white space."""
 
     angles: list[int]
     values: list[int]

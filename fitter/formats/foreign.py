@@ -60,25 +60,13 @@ _BY_NAME = {
 
 
 def describe_by_name(path: str | Path) -> str | None:
-    """What a file is by its extension, where its content tells nothing; None if that is not known.
-
-    Examples
-    --------
-    >>> describe_by_name("paint.JDV").split(",")[0], describe_by_name("paint.txt")
-    ('a .jdv file', None)
-    """
+    """What a file is by its extension, where its content tells nothing; None if that is not known."""
     known = _BY_NAME.get(Path(path).suffix.lower())
     return None if known is None else "; ".join(known)
 
 
 def describe(content: bytes) -> str | None:
-    """What a file in no known format is, and what to do, as a part of a message; None if that is not known.
-
-    Examples
-    --------
-    >>> describe(b"%PDF-1.7 ...").split(";")[0], describe(b"anything")
-    ('a PDF document', None)
-    """
+    """What a file in no known format is, and what to do, as a part of a message; None if that is not known."""
     beginning = content[:_MARK_BYTES].removeprefix(b"\xef\xbb\xbf")
     if beginning.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         return "text in UTF-32; save it as UTF-8"

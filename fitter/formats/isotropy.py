@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, unit_vectors
 from ..samples import NO_SYMMETRY, Samples, apply_symmetry, rotations, subset
 from .reading import Reading
 
@@ -40,14 +40,9 @@ ONE_SIDED = "The two sides of the plane of incidence differ: the fit is the same
 
 
 def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Samples:
-    """Samples as a format returns them: isotropic or not, and of anisotropic ones what their symmetry adds.
-
-    Parameters
-    ----------
-    reading : Reading
-        Its `isotropic` and `symmetry` are true, whatever the values or the file say.
-    said : str
-        The symmetry that the file says, one of `samples.SYMMETRIES`.
+    """Samples as a format returns them: isotropic or not, and of anisotropic ones what their symmetry adds, one of
+    `samples.SYMMETRIES` that the file has `said`. What `reading` says of both is true, whatever the values or the file
+    say.
     """
     samples = decide_isotropy(samples, reading.isotropic)
     symmetry = said if reading.symmetry is None else reading.symmetry
@@ -224,7 +219,9 @@ def _fit_harmonics(samples: Samples, y: FloatArray) -> tuple[bool, str]:
                  "isotropic" if count >= FEWEST_ROTATIONS else "")
     if count < FEWEST_ROTATIONS or len(y) < _RING:
         return few
-    theta_h, phi_h, coordinates = _half_vectors(samples)
+    x, y, z = (unit_vectors(samples.theta_i, samples.phi_i) + unit_vectors(samples.theta_o, samples.phi_o)).T
+    theta_h, phi_h = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
+    coordinates = np.stack([theta_h, samples.theta_i + samples.theta_o, np.cos(_azimuth_difference(samples))])
     explained = error = own = 0.0
     rings = np.array_split(np.argsort(theta_h, kind="stable"), min(len(y) // _RING, _MOST_RINGS))
     for ring in rings:
@@ -240,16 +237,6 @@ def _fit_harmonics(samples: Samples, y: FloatArray) -> tuple[bool, str]:
         return few
     differs = explained > max(_SURE_OF_HARMONICS * np.sqrt(error), _EFFECT ** 2 * np.sum(y ** 2))
     return not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic"
-
-
-def _half_vectors(samples: Samples) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """theta_h and phi_h, (n,), and coordinates of an isotropic material, (3, n)."""
-    x, y = (np.sin(samples.theta_i) * turn(samples.phi_i) + np.sin(samples.theta_o) * turn(samples.phi_o)
-            for turn in (np.cos, np.sin))
-    z = np.cos(samples.theta_i) + np.cos(samples.theta_o)
-    theta_h = np.arctan2(np.hypot(x, y), z)
-    return theta_h, np.arctan2(y, x), np.stack([theta_h, samples.theta_i + samples.theta_o,
-                                                np.cos(_azimuth_difference(samples))])
 
 
 def _azimuth_difference(samples: Samples) -> FloatArray:

@@ -20,6 +20,7 @@ from ..arrays import (
     concatenate_directions,
     map_directions,
     select_directions,
+    unit_vectors,
 )
 from ..samples import HORIZON
 from . import rgl_warp
@@ -84,10 +85,8 @@ class RglTable:
         theta_i, phi_i, theta_o, phi_o = map_directions(lambda angle: np.asarray(angle, dtype=float),
                                                 np.broadcast_arrays(theta_i, phi_i, theta_o, phi_o))
         incident, outgoing = self._tabulated(phi_i, phi_o)
-        x = np.sin(theta_i) * np.cos(incident) + np.sin(theta_o) * np.cos(outgoing)
-        y = np.sin(theta_i) * np.sin(incident) + np.sin(theta_o) * np.sin(outgoing)
-        theta_h = np.arctan2(np.hypot(x, y), np.cos(theta_i) + np.cos(theta_o))
-        u_x, u_y = _square(theta_h, np.arctan2(y, x))
+        x, y, z = (unit_vectors(theta_i, incident) + unit_vectors(theta_o, outgoing)).T
+        u_x, u_y = _square(np.arctan2(np.hypot(x, y), z), np.arctan2(y, x))
         slices = self._slices(theta_i, incident)
         s_x, s_y = rgl_warp.to_grid(self.warp, slices, u_x, u_y)
         value = sum((weight[:, None] * _bilinear(self.values, s_x, s_y, index) for index, weight in slices),

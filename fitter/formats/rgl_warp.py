@@ -51,18 +51,10 @@ def warp(density: FloatArray) -> Warp:
 
 def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatArray,
             y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The place in the grid, s, of points u = (x, y); both in the unit square.
+    """The place in the grid, s, (n,) each, of points u = (x, y), (n,); both in the unit square.
 
-    Parameters
-    ----------
-    slices : sequence of two (n,) arrays
-        Those whose densities are blended, and with what weights, which sum to 1.
-    x, y : (n,) arrays
-
-    Returns
-    -------
-    s_x, s_y : (n,) float64
-        s_x is 0 where the density of a whole row is 0.
+    The densities of `slices` are blended by their weights, which sum to 1, (n,) each. s_x is 0 where the density of a
+    whole row is 0.
     """
     rows, columns = warp.density.shape[1:]
     j, b = cell(y, rows)
@@ -84,17 +76,8 @@ def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatA
 
 
 def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The points u of a grid of places s, for one slice; the inverse of `to_grid`.
-
-    Parameters
-    ----------
-    s_x : (columns,) array
-    s_y : (rows,) array
-
-    Returns
-    -------
-    u_x : (rows, columns) float64
-    u_y : (rows,) float64
+    """The points u, (rows, columns) and (rows,), of a grid of places s, (columns,) and (rows,), for one slice; the
+    inverse of `to_grid`.
 
     Examples
     --------

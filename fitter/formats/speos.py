@@ -68,18 +68,8 @@ _LEAST_COSINE = 1e-3        # an intensity at the horizon tells no BSDF
 
 @dataclass(frozen=True)
 class _Table:
-    """What is reflected at one angle of incidence.
-
-    Attributes
-    ----------
-    rotation, theta_i : float
-        Radians.
-    theta, phi : (n,), (m,) float64
-        Radians.
-    values : (n, m) float64
-        Proportional to the BSDF.
-    line : int
-    """
+    """What is reflected at one angle of incidence: angles in radians, values, (polar angles, azimuths), proportional to
+    the BSDF, and the line where they begin."""
 
     rotation: float
     theta_i: float
@@ -87,10 +77,6 @@ class _Table:
     phi: FloatArray
     values: FloatArray
     line: int
-
-    def total(self) -> float:
-        """The integral of the values times cos(theta_o)."""
-        return float(np.sum(weights(self.phi, self.theta, 0.0) * self.values.T))
 
 
 class _Lines:
@@ -220,7 +206,6 @@ def _spectrum(lines: _Lines) -> tuple[tuple[float, float], FloatArray, FloatArra
 
 
 def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -> _Table:
-    """Read one table."""
     shape = lines.numbers(2, "the numbers of polar angles and of azimuths")
     line = line_number(lines.content, lines.start)
     if not all(1 <= number <= _MOST and number == int(number) for number in shape):
@@ -241,14 +226,15 @@ def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -
 
 
 def _reflected_integral(tables: list[_Table], at: tuple[float, float]) -> float:
-    """The integral of what is reflected at the incidence of the spectrum, of two tables between which it is."""
+    """The integral of values times cos(theta_o) at the incidence of the spectrum, of two tables between which it is."""
     apart = [abs(np.angle(np.exp(1j * (table.rotation - at[1])))) for table in tables]
     nearest = sorted((table for table, turn in zip(tables, apart, strict=True) if turn <= min(apart) + 1e-9),
                      key=lambda table: table.theta_i)
     angles = [table.theta_i for table in nearest]
     above = int(np.clip(np.searchsorted(angles, at[0]), 1, max(len(angles) - 1, 1)))
     pair = nearest[above - 1:above + 1]
-    return float(np.interp(at[0], [table.theta_i for table in pair], [table.total() for table in pair]))
+    totals = [np.sum(weights(table.phi, table.theta, 0.0) * table.values.T) for table in pair]
+    return float(np.interp(at[0], [table.theta_i for table in pair], totals))
 
 
 def _directions(table: _Table, phi_i: float) -> tuple[FloatArray, ...]:

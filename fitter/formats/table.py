@@ -82,14 +82,7 @@ def recognises(content: bytes) -> bool:
 
 
 def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | None:
-    r"""What to say of a table whose columns mean nothing here, or have no names; None of what is no table.
-
-    Examples
-    --------
-    >>> print(unknown_columns(b"alpha;beta\n1;2\n3;4\n", "scan.csv"))      # doctest: +ELLIPSIS
-    scan.csv:1: columns alpha, beta found; expected theta_i, theta_o, phi ...
-    >>> unknown_columns(b"Tuesday: measured\nthe blue one\n", "scan.csv")
-    """
+    """What to say of a table whose columns mean nothing here, or have no names; None of what is no table."""
     found = table_layout.preview(content)
     if found is None or (len(found[1][0]) < 3 and (found[0] is None or len(found[1]) < 2)):
         return None
@@ -101,18 +94,14 @@ def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | N
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says.
+    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says; `notes` of the
+    samples say what was made of it.
 
     Raises DatasetError if the table is malformed; ColumnsUnknownError if its columns are not understood;
     UnitsUnknownError if it says too little, and `reading` does not say it.
-
-    Returns
-    -------
-    Samples
-        Its `notes` say what was made of the table.
     """
     if reading.columns is None and (found := table_on_its_side.transpose_table(content)) is not None:
-        return _on_its_side(found, reading, path)
+        return _on_its_side(*found, reading, path)
     layout = table_layout.find(content, reading.columns)
     if layout is None:
         raise ColumnsUnknownError(f"no row of numbers for the columns {reading.columns} found" if reading.columns else
@@ -145,13 +134,13 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     return finished(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
 
 
-def _on_its_side(found: table_on_its_side.Upright, reading: Reading, path: str | Path) -> Samples:
-    """As `read`; errors count the columns of the table as it lies."""
+def _on_its_side(content: bytes, line: int, reading: Reading, path: str | Path) -> Samples:
+    """As `read`, of a table whose names are on a line; errors count the columns of the table as it lies."""
     try:
-        samples = read(path, found.content, reading)
+        samples = read(path, content, reading)
     except DatasetError as error:
         said = str(error).removeprefix(printable(f"{path}:{error.line}: ")).removeprefix(printable(f"{path}: "))
-        column = f" (column {error.line - found.line + 1})" if error.line and error.line > found.line else ""
+        column = f" (column {error.line - line + 1})" if error.line and error.line > line else ""
         raise type(error)(f"in a table that lies on its side{column}: {said}", path) from error
     return replace(samples, notes=("The table lies on its side: a line for each name", *samples.notes))
 

@@ -74,13 +74,8 @@ def is_comment(line: bytes) -> bool:
 
 
 def find(content: bytes, columns: str | None = None) -> Layout | None:
-    """The layout of a table; None for what is none.
-
-    Parameters
-    ----------
-    content : bytes
-    columns : str, optional
-        Names of the columns, separated by commas, whatever the table calls them.
+    """The layout of a table; None for what is none. `columns` names them, separated by commas, whatever the table calls
+    them.
     """
     if columns is not None:
         return _layout_of_names(content, split(columns.encode(), b","))

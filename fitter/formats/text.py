@@ -76,13 +76,7 @@ def _utf_16(content: bytes) -> str | None:
 
 
 def decode(text: bytes) -> str:
-    """Decode text in UTF-8 or, as old files have it, in Latin-1.
-
-    Examples
-    --------
-    >>> decode("Grün".encode("utf-8")), decode("Grün".encode("latin-1"))
-    ('Grün', 'Grün')
-    """
+    """Decode text in UTF-8 or, as old files have it, in Latin-1."""
     try:
         return text.decode()
     except UnicodeDecodeError:
@@ -101,13 +95,7 @@ def lines(content: bytes, start: int = 0) -> Iterator[re.Match[bytes]]:
 
 
 def line_number(content: bytes, position: int) -> int:
-    r"""The number, from 1, of the line that contains a position.
-
-    Examples
-    --------
-    >>> line_number(b"one\r\ntwo\nthree", 6)
-    2
-    """
+    """The number, from 1, of the line that contains a position."""
     ends = sum(content.count(end, 0, position) for end in (b"\n", b"\r"))
     return 1 + ends - content.count(b"\r\n", 0, position)
 
@@ -159,13 +147,8 @@ def parse_row(line: bytes, separator: bytes | None, count: int, what: str, path:
 
 
 def parse_numbers(content: bytes, path: str | Path) -> tuple[FloatArray, Callable[[int], int]]:
-    r"""Parse all numbers of a text with comments, which are separated by white space.
-
-    Returns
-    -------
-    numbers : (n,) float64
-    line : callable
-        Maps the index of a number to its line number.
+    r"""Parse all numbers of a text with comments, which are separated by white space: (n,), and a function from the
+    index of a number to its line.
 
     Examples
     --------

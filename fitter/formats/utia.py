@@ -71,13 +71,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
 
 
 def _decode(stored: FloatArray, encoding: str) -> FloatArray:
-    """The BRDF of what is stored, with one of `_NOTES`; of any shape.
-
-    Examples
-    --------
-    >>> [_decode(np.array([0.5, -0.01]), encoding).round(4).tolist() for encoding in _NOTES]
-    [[0.5, -0.01], [0.214, -0.0008], [0.0276, 0.0]]
-    """
+    """The BRDF of what is stored, with one of `_NOTES`; of any shape."""
     if encoding == "raw":
         return stored
     if encoding == "srgb":

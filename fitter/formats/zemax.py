@@ -89,13 +89,7 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a Zemax file. Raises DatasetError if the file is malformed, or of transmitted light.
-
-    Returns
-    -------
-    Samples
-        Monochrome is grey, XYZ becomes linear sRGB.
-    """
+    """Read a Zemax file; XYZ becomes linear sRGB. Raises DatasetError if it is malformed, or of transmitted light."""
     words, angles = _header(path, content)
     tables, totals = _tables(path, content, angles)
     expected = 3 if words["SpectralContent"] == "XYZ" else 1
@@ -160,13 +154,8 @@ def _both_sides(samples: Samples) -> Samples:
 
 
 def _totals_note(angles: _Angles, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
-    """A note where the TIS of the file and the integral of its values differ, of the incidence that differs most.
-
-    Parameters
-    ----------
-    values : (rotation, incidence, azimuth, radial) float64
-    totals : (rotation, incidence) float64
-        Not a number where the file does not say it.
+    """A note where the TIS of the file, `totals`, (rotation, incidence), and the integral of its values, (rotation,
+    incidence, azimuth, radial), differ, of the incidence that differs most. Totals that it does not say are no numbers.
     """
     theta_i, azimuth, radial = (np.radians(angles[name]) for name in _TABLE_KEYS)
     if (np.diff(azimuth) <= 0).any() or (np.diff(radial) <= 0).any():
