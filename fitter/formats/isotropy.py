@@ -219,8 +219,8 @@ def _fit_harmonics(samples: Samples, y: FloatArray) -> tuple[bool, str]:
                  "isotropic" if count >= FEWEST_ROTATIONS else "")
     if count < FEWEST_ROTATIONS or len(y) < _RING:
         return few
-    x, y, z = (unit_vectors(samples.theta_i, samples.phi_i) + unit_vectors(samples.theta_o, samples.phi_o)).T
-    theta_h, phi_h = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
+    half = (unit_vectors(samples.theta_i, samples.phi_i) + unit_vectors(samples.theta_o, samples.phi_o)).T
+    theta_h, phi_h = np.arctan2(np.hypot(half[0], half[1]), half[2]), np.arctan2(half[1], half[0])
     coordinates = np.stack([theta_h, samples.theta_i + samples.theta_o, np.cos(_azimuth_difference(samples))])
     explained = error = own = 0.0
     rings = np.array_split(np.argsort(theta_h, kind="stable"), min(len(y) // _RING, _MOST_RINGS))

@@ -164,11 +164,6 @@ def test_arbitrary_bytes_are_read_or_refused(known, path, random):
         read_or_refuse(path, content[:place] + noise + content[place + len(noise):])
 
 
-@pytest.mark.parametrize("content", [b"", b"\n \t\r\n", b"\0", b"\xef\xbb\xbf", b"#", b"-", b"VARS"])
-def test_a_file_without_measurements_is_refused(path, content):
-    assert not read_or_refuse(path, content)
-
-
 def test_what_numpy_warns_of_while_a_file_is_read_reaches_nobody(tmp_path, monkeypatch):
     """Of damaged RGL files it did; what comes of it is refused where it is no number."""
     (tmp_path / "a.astm").write_bytes(astm())
