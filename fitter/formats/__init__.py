@@ -94,7 +94,7 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
     reading = Reading(**options)
     check_choice("colours", colours, COLOURS)
     if (name := published.parse_virtual_path(path)) is not None:
-        _no_sample(path, sample)
+        _choose_sample(path, sample, [])
         samples = published.load_published(name)
         if reading.isotropic is not None:
             samples = isotropy.as_asked(samples, reading.isotropic)
@@ -102,10 +102,9 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
     known, content = _recognise(path, reading.columns)
     chosen: dict[str, Any] = {"reading": reading} if known.options else {}
     with _raise_dataset_errors(path):
-        if known.list_samples is not None:
-            chosen["sample"] = _choose_sample(path, sample, known.list_samples(path, content))
-        else:
-            _no_sample(path, sample)
+        number = _choose_sample(path, sample, _list_samples(path, known, content))
+        if number is not None:
+            chosen["sample"] = number
         samples = known.read(path, content, **chosen)
     _check_content(samples, path)
     if reading.isotropic is not None and "isotropic" not in known.options:
@@ -136,15 +135,13 @@ def _note_unused_options(reading: Reading, options: tuple[str, ...], files: str,
     return replace(samples, notes=(*samples.notes, f"Without effect on {files}: {', '.join(ignored)}"))
 
 
-def _no_sample(path: str | Path, sample: str | int | None) -> None:
-    if sample not in (None, ""):
-        raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
-
-
-def _choose_sample(path: str | Path, sample: str | int | None, listed: list[tuple[int, str]]) -> int:
-    """The number of the sample that a user names, by number or name; the first of the file without one."""
+def _choose_sample(path: str | Path, sample: str | int | None, listed: list[tuple[int, str]]) -> int | None:
+    """The number of the sample that a user names, by number or name; the first of the file without one. None of a file
+    that lists none."""
     if sample in (None, ""):
-        return listed[0][0]
+        return listed[0][0] if listed else None
+    if not listed:
+        raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
     text = str(sample).strip().lower()
     if text.isdecimal() or isinstance(sample, int | float):
         numbers = [number for number, _ in listed]
@@ -152,7 +149,7 @@ def _choose_sample(path: str | Path, sample: str | int | None, listed: list[tupl
             raise SampleUnknownError(f"no sample {text}, expected a number from {min(numbers)} to {max(numbers)} or a "
                                      "name", path)
         return int(number)
-    names = [printable(name).lower() for _, name in listed]
+    names = [name.lower() for _, name in listed]
     if text not in names:
         near = difflib.get_close_matches(text, names, n=3) or [name for name in names if text in name][:3]
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
@@ -192,7 +189,11 @@ def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int
         return []
     known, content = _recognise(path, columns)
     with _raise_dataset_errors(path):
-        listed = [] if known.list_samples is None else known.list_samples(path, content)
+        return _list_samples(path, known, content)
+
+
+def _list_samples(path: str | Path, known: Format, content: bytes) -> list[tuple[int, str]]:
+    listed = [] if known.list_samples is None else known.list_samples(path, content)
     return [(number, printable(name)) for number, name in listed]
 
 

@@ -26,13 +26,6 @@ def directions(theta_i: FloatArray, theta_o: FloatArray, values: FloatArray,
         With signs, radians.
     said : {1, -1, 0}
         The sign that theta_o has on the mirror's side of a positive theta_i, if that is known.
-
-    Examples
-    --------
-    >>> scan = np.radians([-30, 0, 30.0])
-    >>> found, note = directions(np.full(3, np.radians(30)), scan, np.array([[1], [1], [9.0]]))
-    >>> np.degrees(found[:, 3]).tolist(), note.split(":")[1]
-    ([0.0, 180.0, 180.0], ' theta_o is positive on the side of the highlight')
     """
     sign, why = (said, "the mirror's side, as the table says") if said else _side(theta_i, theta_o, values)
     # where it is 0, the side means nothing

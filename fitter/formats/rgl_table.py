@@ -36,35 +36,17 @@ _Points = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class RglTable:
-    """The BRDF that a file defines, between its measurements too, as the authors' reader evaluates it.
+    """The BRDF that a file defines, between its measurements too, as the authors' reader evaluates it."""
 
-    Attributes
-    ----------
-    theta_i : (T,) float64
-        Tabulated angles of incidence, radians.
-    ndf, sigma : (m, n) float64
-        Over the unit square of directions.
-    warp : Warp
-        From half vectors to the grid, a slice for each azimuth and angle of incidence; these change faster.
-    values : (P T, N, N, 3) float64
-        Linear sRGB of f cos theta_o, divided by the Jacobian if that is used; slices as those of `warp`.
-    has_jacobian : bool
-    name : str
-        What was measured.
-    notes : tuple of str
-        What reading made of the file.
-    phi_i : (P,) float64
-        Tabulated azimuths of incidence, radians; of an isotropic material one, 0.
-    """
-
-    theta_i: FloatArray
-    ndf: FloatArray
-    sigma: FloatArray
-    warp: Warp
-    values: FloatArray
+    theta_i: FloatArray         # (T,) tabulated angles of incidence, radians
+    ndf: FloatArray             # (m, n) over the unit square of directions
+    sigma: FloatArray           # likewise
+    warp: Warp                  # from half vectors to the grid: slices by azimuth and by angle of incidence, the faster
+    values: FloatArray          # (P T, N, N, 3) of such slices: linear sRGB of f cos theta_o, over the Jacobian, if any
     has_jacobian: bool
-    name: str
-    notes: tuple[str, ...] = ()
+    name: str                   # what was measured
+    notes: tuple[str, ...] = ()     # what reading made of the file
+    # (P,) tabulated azimuths of incidence, radians; of an isotropic material one, 0
     phi_i: FloatArray = field(default_factory=lambda: np.zeros(1))
 
     @property
@@ -156,13 +138,7 @@ class RglTable:
 
 
 def reduction(phi_i: FloatArray) -> int:
-    """How many times the range of tabulated azimuths, radians, goes into a whole turn; 0 if it is none.
-
-    Examples
-    --------
-    >>> [reduction(np.radians(last) * np.linspace(-1, 0, 9)) for last in (360, 180, 90, 0)]
-    [1, 2, 4, 0]
-    """
+    """How many times the range of tabulated azimuths, radians, goes into a whole turn; 0 if it is none."""
     covered = float(phi_i[-1] - phi_i[0])
     return round(_TURN / covered) if covered > _SAME_AZIMUTH else 0
 

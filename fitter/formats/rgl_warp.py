@@ -17,21 +17,11 @@ from ..arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Warp:
-    """Densities over the unit square, in units of a cell, and their integrals.
+    """Densities over the unit square, in units of a cell, and their integrals."""
 
-    Attributes
-    ----------
-    density : (slices, ny, nx) float64
-        Each slice integrates to 1.
-    along : (slices, ny, nx) float64
-        Integral along x from the row's start.
-    marginal : (slices, ny) float64
-        Integral over the rows up to this one.
-    """
-
-    density: FloatArray
-    along: FloatArray
-    marginal: FloatArray
+    density: FloatArray     # (slices, ny, nx), each of which integrates to 1
+    along: FloatArray       # (slices, ny, nx), the integral along x from the row's start
+    marginal: FloatArray    # (slices, ny), the integral over the rows up to this one
 
 
 def warp(density: FloatArray) -> Warp:
@@ -78,12 +68,6 @@ def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatA
 def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The points u, (rows, columns) and (rows,), of a grid of places s, (columns,) and (rows,), for one slice; the
     inverse of `to_grid`.
-
-    Examples
-    --------
-    >>> slope = warp(np.array([[[0.0, 1.0], [0.0, 1.0]]]))
-    >>> from_grid(slope, 0, np.array([0.0, 0.25, 1.0]), np.array([0.5]))
-    (array([[0. , 0.5, 1. ]]), array([0.5]))
     """
     density, along, marginal = warp.density[index], warp.along[index], warp.marginal[index]
     j = np.clip(np.searchsorted(marginal, s_y) - 1, 0, len(marginal) - 2)

@@ -95,11 +95,6 @@ class _Lines:
         self.at = end + (2 if self.content[end:end + 2] == b"\r\n" else 1)
         return self.content[self.start:end]
 
-    def skip(self, count: int) -> None:
-        """Pass over a number of characters, and the rest of the line in which they end."""
-        self.at = min(self.at + count, len(self.content))
-        self.next("lines after the description")
-
     def numbers(self, count: int, what: str) -> list[float]:
         """The numbers of the next line that is not blank."""
         while not (line := self.next(what)).strip():
@@ -166,7 +161,8 @@ def _head(lines: _Lines) -> tuple[bool, bool, list[tuple[float, float]]]:
     length = lines.numbers(1, "the number of characters of the description")[0]
     if not 0 <= length <= len(lines.content):
         raise lines.error(f"{length:g} characters of a description found, expected no more than there are")
-    lines.skip(int(length))
+    lines.at = min(lines.at + int(length), len(lines.content))
+    lines.next("lines after the description")
     lines.numbers(3, "the anisotropy vector")
     has_reflection, has_transmission = lines.numbers(2, "whether there are reflection and transmission")
     if not has_reflection:

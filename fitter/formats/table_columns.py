@@ -30,20 +30,12 @@ _SAID_QUANTITIES = {        # whether they are reflectance factors, and in perce
 
 @dataclass
 class Columns:
-    """What the columns of a table are, by their numbers.
+    """What the columns of a table are, by their numbers."""
 
-    Attributes
-    ----------
-    roles : dict
-        The columns of angles (`names.ANGLES`), of the wavelength and of the standard, as far as they are there.
-    values : dict
-        What the columns of values hold.
-    constants : dict
-        Of the other angles, those that are said before the table, each with its unit, or "".
-    """
-
+    # the columns of angles (`names.ANGLES`), of the wavelength and of the standard, as far as they are there
     roles: dict[str, int] = field(default_factory=dict)
     values: dict[int, names.Value] = field(default_factory=dict)
+    # of the other angles, those that are said before the table, each with its unit, or ""
     constants: dict[str, tuple[float, str]] = field(default_factory=dict)
 
     @property

@@ -38,7 +38,7 @@ def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
     azimuth = np.mod(samples.phi_o - samples.phi_i, 2 * np.pi)
     for name, along, other in (("theta_o", samples.theta_o, samples.theta_i),
                                ("theta_i", samples.theta_i, samples.theta_o)):
-        lines = _lines(other, azimuth, samples.phi_i if not samples.isotropic else 0 * azimuth)
+        lines = _lines(other, azimuth)
         end = _end(along[kept], lines[kept], samples.values[kept])
         if end is None:
             continue
@@ -50,13 +50,10 @@ def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
     return samples if not notes else replace(subset(samples, kept), notes=(*samples.notes, *notes))
 
 
-def _lines(*angles: FloatArray) -> IntArray:
-    """A number for each sample: the same for those in which all these angles are the same."""
-    number = np.zeros(len(angles[0]), np.int64)
-    for angle in angles:
-        steps = np.rint(angle / _SAME_ANGLE).astype(np.int64)
-        _, number = np.unique(number * (round(2 * np.pi / _SAME_ANGLE) + 2) + steps, return_inverse=True)
-    return number
+def _lines(theta: FloatArray, azimuth: FloatArray) -> IntArray:
+    """A number for each sample: the same for those in which both angles are the same."""
+    steps, turns = (np.rint(angle / _SAME_ANGLE).astype(np.int64) for angle in (theta, azimuth))
+    return np.asarray(np.unique(steps * (round(2 * np.pi / _SAME_ANGLE) + 2) + turns, return_inverse=True)[1])
 
 
 def _end(theta: FloatArray, lines: IntArray, values: FloatArray) -> tuple[float, str] | None:
