@@ -1,5 +1,6 @@
 """Files of measurements, written and read."""
 
+import numpy as np
 import pytest
 
 import fitter
@@ -24,3 +25,12 @@ def written(tmp_path):
         path.write_bytes(tensor_files.pack(arrays))
         return path
     return written
+
+
+@pytest.fixture
+def projected():
+    """Outgoing directions on the disk, folded at the plane of incidence, azimuth 0 the light's or at a turn: (n, 2)."""
+    def projected(samples, turn=0.0):
+        apart = samples.phi_o - samples.phi_i + turn
+        return np.sin(samples.theta_o)[:, None] * np.stack([np.cos(apart), np.abs(np.sin(apart))], axis=1)
+    return projected

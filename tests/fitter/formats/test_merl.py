@@ -8,6 +8,7 @@ import pytest
 import fitter
 from fitter import DatasetError, cli
 from support import merl_files
+from support.anisotropic_instruments import unit
 
 FILE = "gold-paint.binary"
 RIGHT = np.pi / 2
@@ -15,8 +16,7 @@ RIGHT = np.pi / 2
 
 def half_and_difference(samples):
     """theta_h, theta_d and phi_d of directions, by vectors."""
-    wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
-              for theta, phi in ((samples.theta_i, samples.phi_i), (samples.theta_o, samples.phi_o)))
+    wi, wo = unit(samples.theta_i, samples.phi_i).T, unit(samples.theta_o, samples.phi_o).T
     half = (wi + wo) / np.linalg.norm(wi + wo, axis=1, keepdims=True)
     # the frame of the half vector: y is horizontal, x is away from the normal and down
     y = np.cross([0.0, 0.0, 1.0], half)

@@ -37,11 +37,10 @@ def curet():
 
 def paint():
     theta_i, phi_i, theta_o, phi_o = np.transpose(ANGLES)
-    incident, outgoing = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
-                          for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
     stream = io.BytesIO()
-    savemat(stream, {"dir_in": incident, "dir_out": outgoing, "fr": np.full((3, len(WAVELENGTHS)), 0.2),
-                     "wavelength": WAVELENGTHS.astype(float)}, do_compression=True)
+    savemat(stream, {"dir_in": instruments.unit(theta_i, phi_i).T, "dir_out": instruments.unit(theta_o, phi_o).T,
+                     "fr": np.full((3, len(WAVELENGTHS)), 0.2), "wavelength": WAVELENGTHS.astype(float)},
+            do_compression=True)
     return stream.getvalue()
 
 

@@ -7,6 +7,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
+from support.anisotropic_instruments import unit
 
 FOLDER = checkout.measurements() / "rgl"
 GOLDEN = sorted(path for path in FOLDER.glob("*_rgb.bsdf") if "aniso" not in path.name)
@@ -104,8 +105,7 @@ def test_their_names_and_numbers_are_the_files():
 def test_a_table_in_closed_form_is_evaluated_exactly(written, random):
     path = written(tensor_files.material())
     theta_i, phi_i, theta_o, phi_o = directions(500, random)
-    wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-              for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+    wi, wo = unit(theta_i, phi_i), unit(theta_o, phi_o)
     half = (wi + wo) / np.linalg.norm(wi + wo, axis=0)
     x = np.sqrt(2 / np.pi * np.arccos(half[2]))
     y = (np.arctan2(half[1], half[0]) - phi_i + np.pi) / (2 * np.pi) % 1
@@ -127,8 +127,7 @@ def test_samples_of_a_table_in_closed_form(written):
         for x in (1 / 3, 2 / 3, 1):
             for y in (0, 1 / 3, 2 / 3):
                 theta, phi = x * x * np.pi / 2, (2 * y - 1) * np.pi
-                half = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-                wi = np.array([np.sin(angle), 0, np.cos(angle)])
+                half, wi = unit(theta, phi), unit(angle, 0)
                 wo = 2 * (half @ wi) * half - wi
                 if wo[2] > 0:
                     expected.append((np.arccos(wo[2]), np.arctan2(wo[1], wo[0]), 0.5 + 0.25 * x + 0.125 * y))

@@ -14,6 +14,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
+from support.anisotropic_instruments import unit
 
 FILE = checkout.measurements() / "rgl" / "synthetic_aniso_rgb.bsdf"
 real = pytest.mark.skipif(not FILE.is_file(), reason=f"{FILE} is absent")
@@ -111,20 +112,19 @@ def test_only_the_nodes_whose_half_vectors_mirror_above_the_horizon_are_samples(
     here = np.flatnonzero((theta_i == table.theta_i[column]) & (phi_i == table.phi_i[row]))
     density, size, found = table.warp.density[index], table.values.shape[1], []
     angle, turn = table.theta_i[column], table.phi_i[row]
-    wi = np.array([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)])
+    wi = unit(angle, turn)
     for j in range(size - 1):
         y = _where([_area(line) for line in density], j / (size - 1))
         line = [_at(values_at, y) for values_at in density.T]
         for i in range(0 if j == 0 else 1, size):
             x = _where(line, i / (size - 1)) if i else 0.0
             theta, phi = x * x * np.pi / 2, (2 * y - 1) * np.pi
-            half = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+            half = unit(theta, phi)
             wo = 2 * (half @ wi) * half - wi
             if wo[2] > 1e-6:
                 found.append(wo)
     assert len(found) == len(here)
-    out = np.stack([np.sin(theta_o) * np.cos(phi_o), np.sin(theta_o) * np.sin(phi_o), np.cos(theta_o)], axis=1)[here]
-    np.testing.assert_allclose(out, found, atol=1e-6)
+    np.testing.assert_allclose(unit(theta_o, phi_o).T[here], found, atol=1e-6)
     assert values.shape == (len(theta_i), 3)
 
 
@@ -172,8 +172,7 @@ def test_azimuths_are_interpolated_and_those_of_half_vectors_are_absolute(writte
     table = read(written(arrays))
     theta_i, theta_o = random.uniform(0.15, 1.25, (2, 500))
     phi_i, phi_o = random.uniform(-np.pi, np.pi, (2, 500))
-    wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-              for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+    wi, wo = unit(theta_i, phi_i), unit(theta_o, phi_o)
     half = (wi + wo) / np.linalg.norm(wi + wo, axis=0)
     x = np.sqrt(2 / np.pi * np.arccos(half[2]))
     y = (np.arctan2(half[1], half[0]) + np.pi) / (2 * np.pi)

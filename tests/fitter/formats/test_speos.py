@@ -13,13 +13,8 @@ FILE = "paint.anisotropicbsdf"
 POLAR, AZIMUTHS = np.arange(0, 91, 5), np.arange(0, 361, 10)
 
 
-def projected(samples, turn=0.0):
-    apart = samples.phi_o - samples.phi_i + turn
-    return np.sin(samples.theta_o)[:, None] * np.stack([np.cos(apart), np.abs(np.sin(apart))], axis=1)
-
-
 @pytest.mark.parametrize("angle", [15, 30, 45, 60, 75])
-def test_it_is_what_the_file_that_it_was_converted_from_is(goniometer, angle):
+def test_it_is_what_the_file_that_it_was_converted_from_is(goniometer, projected, angle):
     """One factor aside: the converter normalised each incidence by its TIS, and by an integral of its own."""
     speos = fitter.load(goniometer("ansys_planesymmetric.anisotropicbsdf"))
     zemax = fitter.load(goniometer("ansys_planesymmetric_brdf_zemax.bsdf"))
