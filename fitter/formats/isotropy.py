@@ -133,7 +133,8 @@ def _compare_rotations(samples: Samples) -> tuple[bool, str]:
 
 def _relative_azimuths(samples: Samples) -> tuple[FloatArray, BoolArray]:
     """The angle between the azimuths, 0 to pi, and whether phi_o is clockwise from phi_i: (n,)."""
-    apart = np.mod(_azimuth_difference(samples), _TURN)
+    # azimuths may be as large as numbers get
+    apart = np.mod(np.mod(samples.phi_o, _TURN) - np.mod(samples.phi_i, _TURN), _TURN)
     return np.minimum(apart, _TURN - apart), apart > np.pi
 
 
@@ -221,7 +222,7 @@ def _fit_harmonics(samples: Samples, y: FloatArray) -> tuple[bool, str]:
         return few
     half = (unit_vectors(samples.theta_i, samples.phi_i) + unit_vectors(samples.theta_o, samples.phi_o)).T
     theta_h, phi_h = np.arctan2(np.hypot(half[0], half[1]), half[2]), np.arctan2(half[1], half[0])
-    coordinates = np.stack([theta_h, samples.theta_i + samples.theta_o, np.cos(_azimuth_difference(samples))])
+    coordinates = np.stack([theta_h, samples.theta_i + samples.theta_o, np.cos(_relative_azimuths(samples)[0])])
     explained = error = own = 0.0
     rings = np.array_split(np.argsort(theta_h, kind="stable"), min(len(y) // _RING, _MOST_RINGS))
     for ring in rings:
@@ -237,11 +238,6 @@ def _fit_harmonics(samples: Samples, y: FloatArray) -> tuple[bool, str]:
         return few
     differs = explained > max(_SURE_OF_HARMONICS * np.sqrt(error), _EFFECT ** 2 * np.sum(y ** 2))
     return not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic"
-
-
-def _azimuth_difference(samples: Samples) -> FloatArray:
-    """phi_o - phi_i, (n,) radians; azimuths may be as large as numbers get."""
-    return np.asarray(np.mod(samples.phi_o, _TURN) - np.mod(samples.phi_i, _TURN))
 
 
 def _residual_squares(columns: FloatArray, y: FloatArray) -> float:
