@@ -78,10 +78,10 @@ def note_sides(samples: Samples) -> Samples:
     beside = (apart > _AGREEING) & (apart < np.pi - _AGREEING)
     if len({*side[beside].tolist()}) < 2:
         return samples
-    beside_it = subset(samples, beside)
-    beside_it = subset(beside_it, _some(beside_it))
-    _, side = _relative_azimuths(beside_it)
-    y, cell = _size(beside_it), _cells(beside_it)
+    chosen = subset(samples, beside)
+    chosen = subset(chosen, _some(chosen))
+    _, side = _relative_azimuths(chosen)
+    y, cell = _size(chosen), _cells(chosen)
     cells = cell.max() + 1
     count = np.stack([np.bincount(cell[at], minlength=cells) for at in (side, ~side)])
     both = count.min(axis=0) > 0
