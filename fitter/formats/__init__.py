@@ -3,6 +3,7 @@
 To add a format, write a module that ends with its `Format`, and enter it in `FORMATS`; CONTRIBUTING.md shows how.
 """
 
+import difflib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..colours import COLOURS, DEFAULT_COLOURS
-from ..errors import DatasetError, printable
+from ..errors import DatasetError, SampleUnknownError, printable
 from ..model import published
 from ..samples import Samples
 from ..storage import files
@@ -38,7 +39,7 @@ from . import (
 from .format import Format
 from .gamut import convert_samples
 from .reading import OPTIONS, Reading, check_choice
-from .text import is_plain, plain_text, read_bytes
+from .text import is_plain, parse_number, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
@@ -93,18 +94,17 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
     reading = Reading(**options)
     check_choice("colours", colours, COLOURS)
     if (name := published.parse_virtual_path(path)) is not None:
-        _no_sample(path, sample)
+        _choose_sample(path, sample, [])
         samples = published.load_published(name)
         if reading.isotropic is not None:
             samples = isotropy.as_asked(samples, reading.isotropic)
         return convert_samples(_note_unused_options(reading, (), "published fits", samples), colours)
     known, content = _recognise(path, reading.columns)
     chosen: dict[str, Any] = {"reading": reading} if known.options else {}
-    if known.list_samples is not None:
-        chosen["sample"] = sample
-    else:
-        _no_sample(path, sample)
     with _raise_dataset_errors(path):
+        number = _choose_sample(path, sample, _list_samples(path, known, content))
+        if number is not None:
+            chosen["sample"] = number
         samples = known.read(path, content, **chosen)
     _check_content(samples, path)
     if reading.isotropic is not None and "isotropic" not in known.options:
@@ -135,9 +135,26 @@ def _note_unused_options(reading: Reading, options: tuple[str, ...], files: str,
     return replace(samples, notes=(*samples.notes, f"Without effect on {files}: {', '.join(ignored)}"))
 
 
-def _no_sample(path: str | Path, sample: str | int | None) -> None:
-    if sample not in (None, ""):
+def _choose_sample(path: str | Path, sample: str | int | None, listed: list[tuple[int, str]]) -> int | None:
+    """The number of the sample that a user names, by number or name; the first of the file without one. None of a file
+    that lists none."""
+    if sample in (None, ""):
+        return listed[0][0] if listed else None
+    if not listed:
         raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
+    text = str(sample).strip().lower()
+    if text.isdecimal() or isinstance(sample, int | float):
+        numbers = [number for number, _ in listed]
+        if (number := parse_number(text.encode(), path)) not in numbers:
+            raise SampleUnknownError(f"no sample {text}, expected a number from {min(numbers)} to {max(numbers)} or a "
+                                     "name", path)
+        return int(number)
+    names = [name.lower() for _, name in listed]
+    if text not in names:
+        near = difflib.get_close_matches(text, names, n=3) or [name for name in names if text in name][:3]
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise SampleUnknownError(f"no sample named '{text}'{hint}", path)
+    return listed[names.index(text)][0]
 
 
 def is_there(path: str | Path) -> bool:
@@ -172,7 +189,11 @@ def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int
         return []
     known, content = _recognise(path, columns)
     with _raise_dataset_errors(path):
-        listed = [] if known.list_samples is None else known.list_samples(path, content)
+        return _list_samples(path, known, content)
+
+
+def _list_samples(path: str | Path, known: Format, content: bytes) -> list[tuple[int, str]]:
+    listed = [] if known.list_samples is None else known.list_samples(path, content)
     return [(number, printable(name)) for number, name in listed]
 
 
@@ -228,24 +249,20 @@ def _recognise(path: str | Path, columns: str | None = None) -> tuple[Format, by
     """
     content = read_bytes(path, max(known.largest for known in FORMATS))
     with _raise_dataset_errors(path):
-        return _find_format(path, content, columns)
-
-
-def _find_format(path: str | Path, content: bytes, columns: str | None) -> tuple[Format, bytes]:
-    known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
-    if known is None:
-        largest = max(known.largest for known in FORMATS if known.is_text)
-        text = plain_text(content, path) if len(content) <= largest and is_plain(content) else b""
-        known = next((known for known in FORMATS if known.is_text and not (columns and known in _WITHOUT_MARK)
-                      and known.recognises(text)), None)
-        if known is None and columns and table_layout.find(text, columns) is not None:
-            known = table.FORMAT
+        known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
         if known is None:
-            raise _unknown_format(path, content, text, largest, columns)
-        content = text
-    if len(content) > known.largest:
-        raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
-    return known, content
+            largest = max(known.largest for known in FORMATS if known.is_text)
+            text = plain_text(content, path) if len(content) <= largest and is_plain(content) else b""
+            known = next((known for known in FORMATS if known.is_text and not (columns and known in _WITHOUT_MARK)
+                          and known.recognises(text)), None)
+            if known is None and columns and table_layout.find(text, columns) is not None:
+                known = table.FORMAT
+            if known is None:
+                raise _unknown_format(path, content, text, largest, columns)
+            content = text
+        if len(content) > known.largest:
+            raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
+        return known, content
 
 
 def _unknown_format(path: str | Path, content: bytes, text: bytes, largest: int, columns: str | None) -> DatasetError:

@@ -26,20 +26,21 @@ wavelengths and grazing angles, and of unreliable mirror peaks of smooth surface
 
 import re
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray, map_directions
+from ..arrays import map_directions
 from ..errors import DatasetError
 from ..samples import Samples
 from . import unmeasured
-from .columns import angle, angles_note, look_like_degrees, reflectance, to_brdf
+from .columns import angles_note, look_like_degrees, reflectance, to_brdf
 from .format import Format
 from .isotropy import finished
-from .names import ANGLES
+from .names import ANGLES, parse, role
 from .reading import BY_DEFAULT, QUANTITIES, Reading
-from .text import check_azimuths, check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
+from .text import check_angles, decode, line_number, lines, parse_number, parse_rows
 
 MOST_VARIABLES = 1000
 _VARS = re.compile(rb"(?:\A|(?<=[\r\n]))VARS\b([^\r\n]*)")
@@ -54,20 +55,24 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read an ASTM file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
     columns = _columns(path, content)
-    table = _table(columns, path, content)
+    count = len(columns.angles) + len(columns.values)
+    table = parse_rows(content, columns.start, count, "the variables of the VARS line", path, columns.separator)
     if not len(table):
         raise DatasetError("no rows after VARS, expected measurements", path, columns.line)
     header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, columns.start)}
-    _check_count(header.get(b"NUM_POINTS"), len(table), path, content)
+    if (points := header.get(b"NUM_POINTS")) is not None:
+        said = points[2].strip()
+        if parse_number(said, path, content, points.start(1)) != len(table):
+            raise DatasetError(f"{len(table)} rows found, expected {decode(said)} as NUM_POINTS says", path,
+                               line_number(content, points.start(1)))
     angles = table[:, columns.angles]
     in_degrees = reading.angles == "degrees" if reading.angles else (
         columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles)))
 
     def find_line(row: int) -> int:
-        return nth_line(content, columns.start, row)
+        return line_number(content, next(islice(lines(content, columns.start), row, None)).start())
 
-    check_thetas(angles[:, [0, 2]], find_line, path, in_degrees)
-    check_azimuths(angles[:, [1, 3]], find_line, path)
+    check_angles(angles, find_line, path, in_degrees)
     directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
     notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
     directions, values, of_quantity = to_brdf(directions, values, QUANTITIES[reading.quantity or "brdf"],
@@ -81,23 +86,15 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
 
 @dataclass(frozen=True)
 class _Columns:
-    """What the VARS line says.
-
-    Attributes
-    ----------
-    angles, values : list of int
-        The columns of `ANGLES`, and those of the channels.
-    channels : list of str
-    unit : str, or None
-        "deg" or "rad", if the names say it.
-    start, line : int
-        The end of the VARS line, and its number.
-    """
+    """What the VARS line says, which is the line `line` and ends at `start`: the columns of `ANGLES`, and those of
+    values with their names; the unit of angles, "deg" or "rad", if the names say it; and what separates the numbers
+    below, a comma, or None for white space."""
 
     angles: list[int]
     values: list[int]
     channels: list[str]
     unit: str | None
+    separator: bytes | None
     start: int
     line: int
 
@@ -107,47 +104,24 @@ def _columns(path: str | Path, content: bytes) -> _Columns:
     named = _VARS.search(content)
     if named is None:
         raise DatasetError("no VARS line", path)
-    line = line_number(content, named.start())
-    separator = b"," if b"," in named[1] else None
-    count = named[1].count(b",") + 1 if separator else len(named[1].split(None, MOST_VARIABLES))
-    if count > MOST_VARIABLES:
-        raise DatasetError(f"{count} variables found, expected at most {MOST_VARIABLES}", path, line)
-    names = [decode(name).strip() for name in named[1].split(separator)]
-    kinds = [angle(name) for name in names]
-    roles = [kind[0] for kind in kinds]
-    first_row = next(lines(content, named.end()), None)
-    entries = 0 if first_row is None else len(first_row[0].split(_separator(content, named.end()), MOST_VARIABLES + 1))
-    if entries == len(names) + 1 and sorted(filter(None, roles)) == sorted(set(ANGLES) - {"phi_s"}):
-        after = roles.index("theta_s") + 1
+    line, start = line_number(content, named.start()), named.end()
+    names = [decode(name).strip() for name in named[1].split(b"," if b"," in named[1] else None, MOST_VARIABLES)]
+    if len(names) > MOST_VARIABLES:
+        raise DatasetError(f"more than {MOST_VARIABLES} variables found", path, line)
+    roles = [found if (found := role(name)) in ANGLES else "" for name in names]
+    units = {unit if (unit := parse(name).unit) in ("deg", "rad") else None
+             for name, kind in zip(names, roles, strict=True) if kind}
+    first = next((row[0] for row in lines(content, start)), b"")
+    separator = b"," if b"," in first else None
+    if (len(first.split(separator, MOST_VARIABLES + 1)) == len(names) + 1
+            and sorted(filter(None, roles)) == sorted(set(ANGLES) - {"phi_s"})):
+        after = roles.index("theta_s") + 1      # Light Tec's
         names[after:after], roles[after:after] = ["phi_s"], ["phi_s"]
-    units = {unit for role, unit in kinds if role}
     if sorted(filter(None, roles)) != sorted(ANGLES) or len(roles) <= len(ANGLES) or len(units) > 1:
         raise DatasetError(f"VARS must name {', '.join(ANGLES)} once each, in one unit, and channels", path, line)
-    values = [column for column, role in enumerate(roles) if not role]
-    return _Columns([roles.index(role) for role in ANGLES], values, [names[column] for column in values], units.pop(),
-                    named.end(), line)
-
-
-def _separator(content: bytes, start: int) -> bytes | None:
-    """What separates the numbers of the first row, and so of all: commas, or None for white space."""
-    row = next(lines(content, start), None)
-    return b"," if row is not None and b"," in row[0] else None
-
-
-def _table(columns: _Columns, path: str | Path, content: bytes) -> FloatArray:
-    """The rows: (n, variables)."""
-    count = len(columns.angles) + len(columns.values)
-    return parse_rows(content, columns.start, count, "the variables of the VARS line", path,
-                      _separator(content, columns.start))
-
-
-def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, content: bytes) -> None:
-    """Compare the number of rows with NUM_POINTS, if the header has it."""
-    if keyword is not None:
-        text = keyword[2].strip()
-        if parse_number(text, path, content, keyword.start(1)) != rows:
-            raise DatasetError(f"{rows} rows found, expected {decode(text)} as NUM_POINTS says", path,
-                               line_number(content, keyword.start(1)))
+    values = [column for column, kind in enumerate(roles) if not kind]
+    return _Columns([roles.index(angle) for angle in ANGLES], values, [names[column] for column in values], units.pop(),
+                    separator, start, line)
 
 
 FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read,

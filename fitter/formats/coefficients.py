@@ -12,7 +12,7 @@ Layout: comma-separated, after lines that begin with #; the first row names the 
 import csv
 from pathlib import Path
 
-from ..errors import DatasetError, SampleUnknownError
+from ..errors import DatasetError
 from ..model.published import sample_words
 from ..samples import Samples
 from .format import Format
@@ -33,14 +33,9 @@ def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
     return [(number, _name(row)) for number, row in enumerate(_rows(path, content), 1)]
 
 
-def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
-    """Read one row, by its number or name, or the first. Raises DatasetError if it describes no material."""
-    rows = _rows(path, content)
-    wanted = str(sample or 1).strip().lower()
-    row = next((row for number, row in enumerate(rows, 1) if wanted in (str(number), _name(row).lower())), None)
-    if row is None:
-        raise SampleUnknownError(f"no sample {wanted!r}, expected a number from 1 to {len(rows)} or a name", path)
-    line, cells = row
+def read(path: str | Path, content: bytes, sample: int) -> Samples:
+    """Read one row. Raises DatasetError if it describes no material."""
+    line, cells = row = _rows(path, content)[sample - 1]
     try:
         return sample_words(cells, _name(row), str(path))
     except ValueError as error:

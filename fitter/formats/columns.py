@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import ColumnsUnknownError, DatasetError
 from ..samples import RGB
-from .names import ANGLES, parse, role
+from .names import ANGLES
 from .reading import Quantity, Reading
 from .spectra import SPAN, to_linear_srgb
 
@@ -17,18 +17,6 @@ GREY_NAMES = ("brdf", "fr", "f_r", "grey", "gray")
 _LAMP_BANDS = (580, 700), (500, 580), (400, 500)    # nm, of red, green and blue
 _LEAST_COSINE = 1e-3            # values that have a smaller cosine in them are left out
 _WAVELENGTH_CELL = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
-
-
-def angle(name: str) -> tuple[str, str | None]:
-    """Which of `ANGLES` a column is, or "", and "deg" or "rad" if the name says it.
-
-    Examples
-    --------
-    >>> angle("theta_o[deg]"), angle("PhiIn"), angle("R")
-    (('theta_s', 'deg'), ('phi_i', None), ('', None))
-    """
-    kind, unit = role(name), parse(name).unit
-    return (kind, unit if unit in ("deg", "rad") else None) if kind in ANGLES else ("", None)
 
 
 def look_like_degrees(angles: FloatArray) -> bool:

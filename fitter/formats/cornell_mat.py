@@ -24,7 +24,6 @@ from . import mat5
 from .format import Format
 from .reading import BY_DEFAULT, Reading
 from .spectra import to_linear_srgb
-from .text import check_thetas
 
 _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
 
@@ -49,7 +48,6 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     theta_o, phi_o = _angles(arrays["dir_out"], len(fr), "dir_out", path)
     if not np.isfinite(fr).all():
         raise DatasetError("fr holds numbers that are not finite", path)
-    check_thetas(np.stack([theta_i, theta_o], axis=1), lambda row: None, path)
     values = to_linear_srgb(wavelength, fr, path, illuminant=reading.illuminant)
     return Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, Path(path).stem, str(path), reading.notes)
 

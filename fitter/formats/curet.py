@@ -14,18 +14,17 @@ database's table of geometries, which comes with this project; `Samples.saturate
 Limits: the geometries are fixed, so that all 205 values must be there.
 """
 
-import difflib
 import re
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError, SampleUnknownError
+from ..arrays import FloatArray
+from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
-from .text import line_number, lines, parse_number, parse_row, plain_text, read_bytes
+from .text import line_number, lines, parse_row, plain_text, read_bytes
 
 GEOMETRIES = 205
 SAMPLE_NAMES = (
@@ -50,57 +49,36 @@ def recognises(content: bytes) -> bool:
 
 def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
     """The (number, name) of each sample of a file."""
-    return [(number, sample_name(number)) for number in _rows(path, content)]
+    return [(number, SAMPLE_NAMES[number - 1]) for number in _rows(path, content)]
 
 
-def sample_name(number: int) -> str:
-    """The name of a CURET sample, 1 to 61."""
-    return SAMPLE_NAMES[number - 1]
-
-
-def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
+def read(path: str | Path, content: bytes, sample: int) -> Samples:
     """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
 
-    Raises DatasetError if a file is malformed, or the sample is not in it.
+    Raises DatasetError if a file is malformed.
     """
     path = Path(path)
-    rows = _rows(path, content)
-    number = _sample_number(sample, rows, path)
-    members = _color_files(path)
-    channels: tuple[str, ...] = RGB
+    members = _color_files(path) or [path]
     columns = []
-    if members is None:
-        channels, columns = ("grey",), [_values(path, content, rows[number])]
-    else:
-        for member in members:
-            text = content if member == path else plain_text(read_bytes(member), member)
-            member_rows = _rows(member, text)
-            if number not in member_rows:
-                raise DatasetError(f"no sample {number}, which {path.name} has", member)
-            columns.append(_values(member, text, member_rows[number]))
+    for member in members:
+        if (column := _values(member, content if member == path else None, sample)) is None:
+            raise DatasetError(f"no sample {sample}, which {path.name} has", member)
+        columns.append(column)
+    over = [column for member in _overflow_files(path) if member.is_file()
+            and (column := _values(member, None, sample)) is not None]
     theta_v, phi_v, theta_i, phi_i = geometry().T
-    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path),
-                   saturated=_read_overflow(path, number))
-
-
-def _read_overflow(path: Path, number: int) -> BoolArray | None:
-    """Which measurements of a sample overflowed the camera in any channel: (205,); None if no file beside says it."""
-    overflowed: BoolArray | None = None
-    for letter in RGB:
-        member = path.with_name(f"{letter.lower()}over.dat")
-        if not member.is_file():
-            continue
-        text = plain_text(read_bytes(member), member)
-        rows = _rows(member, text)
-        if number in rows:
-            share = np.array(_values(member, text, rows[number]))
-            overflowed = (share > 0) | (False if overflowed is None else overflowed)
-    return overflowed
+    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), RGB if len(members) > 1 else ("grey",),
+                   SAMPLE_NAMES[sample - 1], str(path), saturated=np.max(over, axis=0) > 0 if over else None)
 
 
 def files_of(path: Path) -> list[Path]:
     """The files that are read with one, itself included."""
-    return [*(_color_files(path) or [path]), *(path.with_name(f"{letter.lower()}over.dat") for letter in RGB)]
+    return [*(_color_files(path) or [path]), *_overflow_files(path)]
+
+
+def _overflow_files(path: Path) -> list[Path]:
+    """Those beside a file that say of each channel which measurements overflowed the camera."""
+    return [path.with_name(f"{letter.lower()}over.dat") for letter in RGB]
 
 
 def read_with(path: Path) -> Path | None:
@@ -133,28 +111,12 @@ def _rows(path: str | Path, content: bytes) -> dict[int, int]:
     return rows
 
 
-def _values(path: str | Path, content: bytes, position: int) -> list[float]:
-    """The values of the sample whose line starts at a position."""
-    return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, content, position)[1:]
-
-
-def _sample_number(sample: str | int | None, rows: dict[int, int], path: str | Path) -> int:
-    """The number of the sample that a user names, by number or name; the first of the file without one."""
-    if sample is None or sample == "":
-        return next(iter(rows))
-    text = str(sample).strip().lower()
-    if text.isdecimal() or isinstance(sample, int | float):
-        number = parse_number(text.encode(), path)
-        if number not in rows:
-            raise SampleUnknownError(f"no sample {text}, expected a number from {min(rows)} to {max(rows)} or a name",
-                                     path)
-        return int(number)
-    named = {sample_name(number): number for number in rows}
-    if text not in named:
-        near = difflib.get_close_matches(text, named, n=3) or [name for name in named if text in name][:3]
-        hint = f"; did you mean {' or '.join(near)}?" if near else ""
-        raise SampleUnknownError(f"no sample named '{text}'{hint}", path)
-    return named[text]
+def _values(path: Path, content: bytes | None, sample: int) -> list[float] | None:
+    """The values of a sample in a file, of which the content may be known; None if it is not in it."""
+    text = plain_text(read_bytes(path), path) if content is None else content
+    if (position := _rows(path, text).get(sample)) is None:
+        return None
+    return parse_row(next(lines(text, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, text, position)[1:]
 
 
 def _color_files(path: Path) -> list[Path] | None:

@@ -3,7 +3,6 @@ to do about it."""
 
 import re
 from pathlib import Path
-from typing import NamedTuple
 
 from . import merl, utia
 
@@ -11,16 +10,9 @@ _MARK_BYTES = 4096          # bytes in which a mark is looked for
 _AS_TABLE = "write its reflectance as a table with column names (see the manual, A table of your own)"
 
 
-class _Kind(NamedTuple):
+def _begins(mark: bytes, what: str, advice: str, anywhere: bool = False) -> tuple[re.Pattern[bytes], str, str]:
     """What begins like `mark` is `what`, and `advice` says what to do."""
-
-    mark: re.Pattern[bytes]
-    what: str
-    advice: str
-
-
-def _begins(mark: bytes, what: str, advice: str, anywhere: bool = False) -> _Kind:
-    return _Kind(re.compile((rb".*?" if anywhere else rb"\s*") + mark, re.DOTALL | re.IGNORECASE), what, advice)
+    return re.compile((rb".*?" if anywhere else rb"\s*") + mark, re.DOTALL | re.IGNORECASE), what, advice
 
 
 # in the order in which they are looked for
@@ -61,8 +53,6 @@ _FOREIGN_KINDS = (
             "python -m fitter info FILE describes a fit"),
     _begins(rb"PK\x03\x04|\x1f\x8b|7z\xbc\xaf|Rar!|BZh|\xfd7zXZ", "an archive", "unpack it first"),
 )
-
-
 _BY_NAME = {
     ".jdv": ("a .jdv file, as Light Tec's REFLET goniophotometers write, whose layout is not public",
              "export it as ASTM or as Zemax .bsdf with the program that came with the instrument"),
@@ -70,31 +60,19 @@ _BY_NAME = {
 
 
 def describe_by_name(path: str | Path) -> str | None:
-    """What a file is by its extension, where its content tells nothing; None if that is not known.
-
-    Examples
-    --------
-    >>> describe_by_name("paint.JDV").split(",")[0], describe_by_name("paint.txt")
-    ('a .jdv file', None)
-    """
+    """What a file is by its extension, where its content tells nothing; None if that is not known."""
     known = _BY_NAME.get(Path(path).suffix.lower())
     return None if known is None else "; ".join(known)
 
 
 def describe(content: bytes) -> str | None:
-    """What a file in no known format is, and what to do, as a part of a message; None if that is not known.
-
-    Examples
-    --------
-    >>> describe(b"%PDF-1.7 ...").split(";")[0], describe(b"anything")
-    ('a PDF document', None)
-    """
+    """What a file in no known format is, and what to do, as a part of a message; None if that is not known."""
     beginning = content[:_MARK_BYTES].removeprefix(b"\xef\xbb\xbf")
     if beginning.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         return "text in UTF-32; save it as UTF-8"
-    for kind in _FOREIGN_KINDS:
-        if kind.mark.match(beginning):
-            return f"{kind.what}; {kind.advice}"
+    for mark, what, advice in _FOREIGN_KINDS:
+        if mark.match(beginning):
+            return f"{what}; {advice}"
     if len(content) == utia.SIZE and b"\0" in content:
         return ("as large as the measurements of UTIA, but its numbers are no reflectances; expected finite float64, "
                 "few of them negative")

@@ -11,44 +11,22 @@ LARGEST_TEXT = 16 << 20     # bytes; published text files have at most 1.6 milli
 
 @dataclass(frozen=True)
 class Format:
-    """A file format of measurements. Each has a module of its own, which ends with its `FORMAT`.
+    """A file format of measurements. Each has a module of its own, which ends with its `FORMAT`."""
 
-    Attributes
-    ----------
-    name : str
-        For menus and messages.
-    files : str
-        What its files are called, for messages: ``'CURET abrdf.dat'``.
-    extensions : tuple of str
-        In lower case, with the dot, for file browsers and the conversion of folders.
-    recognises : callable
-        Takes the content; returns whether it is in this format. Exactly one format recognises an undamaged file.
-    read : callable
-        Takes path and content, ``sample`` if the format has `list_samples`, and ``reading`` if it has `options`;
-        returns `Samples`, colours in linear Rec.709, or raises `DatasetError`.
-    options : tuple of str
-        The fields of `Reading` that matter to the format; of the others it has a definition of its own.
-    is_text : bool
-        Whether the format is text. Its functions then take content without a byte-order mark and zero bytes.
-    largest : int
-        Size limit in bytes; larger files are refused.
-    list_samples : callable, optional
-        For files with several samples: takes path and content; returns the (number, name) of each.
-    read_with : callable, optional
-        Takes the path of a file; returns the path of the file that it is read with as a part, or None.
-    files_of : callable, optional
-        Takes the path of a file with one of the `extensions`; returns those that are read with it, itself included,
-        whether or not they are there.
-    """
-
-    name: str
-    files: str
-    extensions: tuple[str, ...]
+    name: str                       # for menus and messages
+    files: str                      # what its files are called, for messages: 'CURET abrdf.dat'
+    extensions: tuple[str, ...]     # in lower case, with the dot, for file browsers and the conversion of folders
+    # whether content is in this format; exactly one format recognises an undamaged file
     recognises: Callable[[bytes], bool]
+    # takes path and content, the number `sample` if the format has `list_samples`, and `reading` if it has `options`;
+    # returns samples, colours in linear Rec.709, or raises `DatasetError`
     read: Callable[..., Samples]
-    options: tuple[str, ...] = ()
-    is_text: bool = True
-    largest: int = LARGEST_TEXT
+    options: tuple[str, ...] = ()   # the fields of `Reading` that matter; of the others it has a definition of its own
+    is_text: bool = True            # its functions then take content without a byte-order mark and zero bytes
+    largest: int = LARGEST_TEXT     # bytes; larger files are refused
+    # of files with several samples, by path and content: the (number, name) of each
     list_samples: Callable[[str | Path, bytes], list[tuple[int, str]]] | None = None
+    # the file that one is read with as a part, or None
     read_with: Callable[[Path], Path | None] | None = None
+    # those that are read with one that has one of the `extensions`, itself included, whether or not they are there
     files_of: Callable[[Path], list[Path]] | None = None

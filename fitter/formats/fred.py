@@ -29,12 +29,12 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from ..samples import Samples, freeze_new_arrays
+from ..samples import Samples
 from . import unmeasured
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
-from .text import check_azimuths, check_thetas, decode, floats, line_number, lines, parse_number
+from .text import check_angles, decode, floats, line_number, lines, parse_number
 
 _TYPE = re.compile(rb"\s*type[ \t]+bsdf_data\b[^\r\n]*", re.IGNORECASE)
 _SETTING = re.compile(rb"(\w+)[ \t]*=[ \t]*([^\s=]+)")
@@ -52,15 +52,10 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     """Read a FRED file. Raises DatasetError if it is malformed."""
     start, settings = _settings(path, content)
     table, at = _rows(path, content, start)
-    angles = table[:, :4] * (_FRED_UNITS[settings["angles"]])
-    signed = np.abs(angles[:, [0, 2]])
-
-    def row_line(row: int) -> int:
-        return line_number(content, at[row])
-
-    check_thetas(np.degrees(signed), row_line, path, in_degrees=True)
-    check_azimuths(table[:, [1, 3]], row_line, path)
-    theta_i, theta_o = signed.T
+    unit = settings["angles"]
+    check_angles(table[:, :4], lambda row: line_number(content, at[row]), path, unit == "deg", signed=True)
+    angles = table[:, :4] * _FRED_UNITS[unit]
+    theta_i, theta_o = np.abs(angles[:, [0, 2]]).T
     # where the light is: opposite to where it is mirrored to; a negative polar angle is on the other side
     phi_i = angles[:, 1] + np.pi * (angles[:, 0] < 0)
     phi_o = angles[:, 3] + np.pi * (angles[:, 2] >= 0)
@@ -74,7 +69,6 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         values = 10 ** values
         notes.append("The values are logarithms to the base of 10")
     values = values * float(settings["scale"])
-    freeze_new_arrays(values)
     samples = Samples(theta_i, phi_i, theta_o, phi_o, values, ("grey",), Path(path).stem, str(path), tuple(notes))
     return finished(unmeasured.remove_unmeasured(samples, reading), reading)
 

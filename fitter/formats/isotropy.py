@@ -12,11 +12,11 @@ Where too few samples agree, as when directions are scattered, y is told from no
 half vector, which an isotropic material does not have.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, unit_vectors
 from ..samples import NO_SYMMETRY, Samples, apply_symmetry, rotations, subset
 from .reading import Reading
 
@@ -40,14 +40,9 @@ ONE_SIDED = "The two sides of the plane of incidence differ: the fit is the same
 
 
 def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Samples:
-    """Samples as a format returns them: isotropic or not, and of anisotropic ones what their symmetry adds.
-
-    Parameters
-    ----------
-    reading : Reading
-        Its `isotropic` and `symmetry` are true, whatever the values or the file say.
-    said : str
-        The symmetry that the file says, one of `samples.SYMMETRIES`.
+    """Samples as a format returns them: isotropic or not, and of anisotropic ones what their symmetry adds, one of
+    `samples.SYMMETRIES` that the file has `said`. What `reading` says of both is true, whatever the values or the file
+    say.
     """
     samples = decide_isotropy(samples, reading.isotropic)
     symmetry = said if reading.symmetry is None else reading.symmetry
@@ -61,21 +56,15 @@ def decide_isotropy(samples: Samples, isotropic: bool | None = None) -> Samples:
     """Samples that say whether they are isotropic: as asked, or as their values tell; with a note of it.
 
     Those at one rotation, of which nothing can be told, stay as they are.
-
-    Parameters
-    ----------
-    isotropic : bool, optional
-        What to take them for, whatever their values tell.
     """
     if isotropic is not None:
         return as_asked(samples, isotropic)
     if not np.ptp(samples.phi_i):
         return samples
-    evidence = _compare_rotations(samples)
-    if evidence.isotropic and evidence.note:
-        return replace(samples, notes=(*samples.notes, evidence.note))
-    return samples if evidence.isotropic else replace(samples, isotropic=False, notes=(
-        *samples.notes, rotations_note(samples.theta_i, samples.phi_i)))
+    is_isotropic, note = _compare_rotations(samples)
+    if not is_isotropic:
+        note = rotations_note(samples.theta_i, samples.phi_i)
+    return replace(samples, isotropic=is_isotropic, notes=(*samples.notes, *filter(None, [note])))
 
 
 def note_sides(samples: Samples) -> Samples:
@@ -85,24 +74,21 @@ def note_sides(samples: Samples) -> Samples:
     """
     if not samples.isotropic:
         return samples
-    apart = np.mod(_azimuth_difference(samples), _TURN)
-    side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
+    apart, side = _relative_azimuths(samples)
     beside = (apart > _AGREEING) & (apart < np.pi - _AGREEING)
     if len({*side[beside].tolist()}) < 2:
         return samples
-    chosen = np.flatnonzero(beside)
-    chosen = chosen[_some(subset(samples, chosen), apart[chosen])]
-    y = _size(samples)[chosen]
-    cell = _number_combinations([_whole_steps(angle[chosen]) for angle in (samples.theta_i, samples.theta_o, apart)])
-    count, total = (np.stack([np.bincount(cell[each], weights, cell.max() + 1) for each, weights in (
-        (at, None if of is None else of[at]) for at in (side[chosen], ~side[chosen]))]) for of in (None, y))
+    chosen = subset(samples, beside)
+    chosen = subset(chosen, _some(chosen))
+    _, side = _relative_azimuths(chosen)
+    y, cell = _size(chosen), _cells(chosen)
+    cells = cell.max() + 1
+    count = np.stack([np.bincount(cell[at], minlength=cells) for at in (side, ~side)])
     both = count.min(axis=0) > 0
-    mean = total[:, both] / count[:, both]
+    mean = np.stack([np.bincount(cell[at], y[at], cells) for at in (side, ~side)])[:, both] / count[:, both]
     is_one_sided = mean.shape[1] >= _FEWEST and (
         np.mean((mean[0] - mean[1]) ** 2) > _LEAST_EFFECT ** 2 * np.mean((mean[0] + mean[1]) ** 2))
-    if not is_one_sided:
-        return samples
-    return replace(samples, notes=(*samples.notes, ONE_SIDED))
+    return replace(samples, notes=(*samples.notes, ONE_SIDED)) if is_one_sided else samples
 
 
 def as_asked(samples: Samples, isotropic: bool) -> Samples:
@@ -120,68 +106,36 @@ def rotations_note(theta_i: FloatArray, phi_i: FloatArray) -> str:
             f"degrees")
 
 
-@dataclass(frozen=True)
-class _Isotropy:
-    """Whether samples are isotropic, and what to say of it, if anything."""
-
-    isotropic: bool
-    note: str = ""
-
-
-def _compare_rotations(samples: Samples) -> _Isotropy:
-    """What samples at several rotations tell."""
-    apart = np.mod(_azimuth_difference(samples), _TURN)
-    side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
-    chosen = _some(samples, apart)
-    y = _size(samples)[chosen]
-    points = _Points(samples.theta_i[chosen], samples.theta_o[chosen], apart[chosen], side[chosen],
-                     np.mod(samples.phi_i[chosen], _TURN))
-    rotation = _whole_steps(points.rotation) % int(np.rint(_TURN / _AGREEING))
-    cell = _number_combinations([_whole_steps(angle) for angle in (points.theta_i, points.theta_o, points.apart)])
+def _compare_rotations(samples: Samples) -> tuple[bool, str]:
+    """Whether samples at several rotations are isotropic, and what to say of it, if anything."""
+    samples = subset(samples, _some(samples))
+    y, cell, rotation = _size(samples), _cells(samples), np.mod(samples.phi_i, _TURN)
+    rotation = _whole_steps(rotation) % int(np.rint(_TURN / _AGREEING))
     shared = _is_at_several(cell, rotation)
     if 10 * np.count_nonzero(shared) < len(y):
-        return _fit_harmonics(subset(samples, chosen), y)
-    count = len(np.unique(rotation[shared & (points.theta_i > _AGREEING)]))
+        return _fit_harmonics(samples, y)
+    count = len(np.unique(rotation[shared & (samples.theta_i > _AGREEING)]))
     if count < FEWEST_ROTATIONS:
-        return _Isotropy(True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else "")
+        return True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else ""
     r = (y - (np.bincount(cell, y) / np.bincount(cell))[cell])[shared]
-    points = points.only(shared)
-    size = float(np.sqrt(np.mean(y[shared] ** 2)))
-    tests = [_alike(r, pairs) for pairs in (_direction_neighbours(points), _rotation_neighbours(points, cell[shared]))]
+    samples, y, cell = subset(samples, shared), y[shared], cell[shared]
+    size = float(np.sqrt(np.mean(y ** 2)))
+    tests = [_alike(r, pairs) for pairs in (_direction_neighbours(samples), _rotation_neighbours(samples, cell))]
     if sum(count for count, _, _ in tests) < _FEWEST:
-        noise = None if samples.deviation is None else (y * samples.deviation[chosen] / 3)[shared]
+        noise = None if samples.deviation is None else y * samples.deviation / 3
         least = _LEAST_EFFECT * size if noise is None else max(_EFFECT * size, _REPEATED * np.sqrt(np.mean(noise ** 2)))
         differs = np.sqrt(np.mean(r ** 2)) > least
     else:
         differs = any(mean > sure * error and mean > (effect * size) ** 2 for _, mean, error in tests
                       for sure, effect in _CRITERIA)
-    return _Isotropy(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
+    return not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic"
 
 
-@dataclass(frozen=True)
-class _Points:
-    """Samples in the coordinates of an isotropic material, (n,) each, radians.
-
-    Attributes
-    ----------
-    theta_i, theta_o : float64
-    apart : float64
-        Between the azimuths, 0 to pi.
-    side : bool
-        Whether phi_o is clockwise from phi_i.
-    rotation : float64
-        phi_i, 0 to 2 pi.
-    """
-
-    theta_i: FloatArray
-    theta_o: FloatArray
-    apart: FloatArray
-    side: BoolArray
-    rotation: FloatArray
-
-    def only(self, which: BoolArray) -> "_Points":
-        return _Points(self.theta_i[which], self.theta_o[which], self.apart[which], self.side[which],
-                       self.rotation[which])
+def _relative_azimuths(samples: Samples) -> tuple[FloatArray, BoolArray]:
+    """The angle between the azimuths, 0 to pi, and whether phi_o is clockwise from phi_i: (n,)."""
+    # azimuths may be as large as numbers get
+    apart = np.mod(np.mod(samples.phi_o, _TURN) - np.mod(samples.phi_i, _TURN), _TURN)
+    return np.minimum(apart, _TURN - apart), apart > np.pi
 
 
 def _size(samples: Samples) -> FloatArray:
@@ -194,18 +148,20 @@ def _whole_steps(angle: FloatArray, step: float = _AGREEING) -> IntArray:
     return np.floor(angle / step + 0.37).astype(np.int64)
 
 
-def _number_combinations(keys: list[IntArray]) -> IntArray:
-    """0, 1, 2 ... for each different combination of small numbers that are not negative: (n,)."""
-    packed = np.zeros(len(keys[0]), np.int64)
-    for key in keys:
+def _cells(samples: Samples) -> IntArray:
+    """0, 1, 2 ... for each different combination of theta_i, theta_o and |phi_o - phi_i|: (n,)."""
+    packed = np.zeros(len(samples), np.int64)
+    for angle in (samples.theta_i, samples.theta_o, _relative_azimuths(samples)[0]):
+        key = _whole_steps(angle)
         packed = packed * (int(key.max(initial=0)) + 1) + key
     return np.asarray(np.unique(packed, return_inverse=True)[1])
 
 
-def _some(samples: Samples, apart: FloatArray) -> BoolArray | slice:
+def _some(samples: Samples) -> BoolArray | slice:
     """Of very many samples those of some patches of directions, at all rotations."""
     if len(samples) <= _MOST:
         return slice(None)
+    apart, _ = _relative_azimuths(samples)
     patch = _whole_steps(samples.theta_i, np.radians(1)) * 1009 + _whole_steps(apart, _LINE_ANGLE)
     patch = patch * 2654435761 % (1 << 32)
     return np.asarray(patch <= max((1 << 32) * (_MOST / len(samples)), float(patch.min())))
@@ -219,27 +175,29 @@ def _is_at_several(cell: IntArray, rotation: IntArray) -> BoolArray:
     return np.asarray(np.bincount(cell[order[new]])[cell] > 1)
 
 
-def _direction_neighbours(points: _Points) -> tuple[IntArray, IntArray]:
+def _direction_neighbours(samples: Samples) -> tuple[IntArray, IntArray]:
     """Pairs of samples at one rotation whose outgoing directions are neighbours."""
-    line = [_whole_steps(points.rotation), points.side.astype(np.int64), _whole_steps(points.theta_i)]
+    (apart, side), theta_o = _relative_azimuths(samples), samples.theta_o
+    line = [_whole_steps(np.mod(samples.phi_i, _TURN)), side.astype(np.int64), _whole_steps(samples.theta_i)]
     pairs = []
-    for across, along in ((points.apart, points.theta_o), (points.theta_o, points.apart)):
+    for across, along in ((apart, theta_o), (theta_o, apart)):
         order = np.lexsort((along, _whole_steps(across, _LINE_ANGLE), *line))
         a, b = order[:-1], order[1:]
         same = np.all([key[a] == key[b] for key in line], axis=0)
-        cosine = (np.cos(points.theta_o[a]) * np.cos(points.theta_o[b])
-                  + np.sin(points.theta_o[a]) * np.sin(points.theta_o[b]) * np.cos(points.apart[a] - points.apart[b]))
+        cosine = (np.cos(theta_o[a]) * np.cos(theta_o[b])
+                  + np.sin(theta_o[a]) * np.sin(theta_o[b]) * np.cos(apart[a] - apart[b]))
         near = same & (cosine > np.cos(_NEIGHBOURS)) & (cosine < np.cos(2 * _AGREEING))
         pairs.append((a[near], b[near]))
     return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
 
 
-def _rotation_neighbours(points: _Points, cell: IntArray) -> tuple[IntArray, IntArray]:
+def _rotation_neighbours(samples: Samples, cell: IntArray) -> tuple[IntArray, IntArray]:
     """Pairs of samples in one cell whose rotations are neighbours."""
-    order = np.lexsort((points.rotation, points.side, cell))
+    (_, side), rotation = _relative_azimuths(samples), np.mod(samples.phi_i, _TURN)
+    order = np.lexsort((rotation, side, cell))
     a, b = order[:-1], order[1:]
-    turn = points.rotation[b] - points.rotation[a]
-    near = (cell[a] == cell[b]) & (points.side[a] == points.side[b]) & (turn > 2 * _AGREEING) & (turn < _TURNED_APART)
+    turn = rotation[b] - rotation[a]
+    near = (cell[a] == cell[b]) & (side[a] == side[b]) & (turn > 2 * _AGREEING) & (turn < _TURNED_APART)
     return a[near], b[near]
 
 
@@ -251,18 +209,20 @@ def _alike(r: FloatArray, pairs: tuple[IntArray, IntArray]) -> tuple[int, float,
     return len(products), float(products.mean()), float(products.std() / np.sqrt(len(products) / 2))
 
 
-def _fit_harmonics(samples: Samples, y: FloatArray) -> _Isotropy:
+def _fit_harmonics(samples: Samples, y: FloatArray) -> tuple[bool, str]:
     """What samples tell of which hardly any agree: whether y follows the azimuth of the half vector.
 
     In rings of half vectors, a quadratic polynomial of the coordinates of an isotropic material is fitted to y, and
     then harmonics of the azimuth as well. They must explain more than they would of noise.
     """
     count = rotations(samples.theta_i, samples.phi_i).count
-    few = _Isotropy(True, f"Measured at {count:,} rotations, but too few directions in common to compare them: taken "
-                          "as isotropic" if count >= FEWEST_ROTATIONS else "")
+    few = True, (f"Measured at {count:,} rotations, but too few directions in common to compare them: taken as "
+                 "isotropic" if count >= FEWEST_ROTATIONS else "")
     if count < FEWEST_ROTATIONS or len(y) < _RING:
         return few
-    theta_h, phi_h, coordinates = _half_vectors(samples)
+    half = (unit_vectors(samples.theta_i, samples.phi_i) + unit_vectors(samples.theta_o, samples.phi_o)).T
+    theta_h, phi_h = np.arctan2(np.hypot(half[0], half[1]), half[2]), np.arctan2(half[1], half[0])
+    coordinates = np.stack([theta_h, samples.theta_i + samples.theta_o, np.cos(_relative_azimuths(samples)[0])])
     explained = error = own = 0.0
     rings = np.array_split(np.argsort(theta_h, kind="stable"), min(len(y) // _RING, _MOST_RINGS))
     for ring in rings:
@@ -277,22 +237,7 @@ def _fit_harmonics(samples: Samples, y: FloatArray) -> _Isotropy:
     if own < _OWN_SHARE:
         return few
     differs = explained > max(_SURE_OF_HARMONICS * np.sqrt(error), _EFFECT ** 2 * np.sum(y ** 2))
-    return _Isotropy(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
-
-
-def _half_vectors(samples: Samples) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """theta_h and phi_h, (n,), and coordinates of an isotropic material, (3, n)."""
-    x, y = (np.sin(samples.theta_i) * turn(samples.phi_i) + np.sin(samples.theta_o) * turn(samples.phi_o)
-            for turn in (np.cos, np.sin))
-    z = np.cos(samples.theta_i) + np.cos(samples.theta_o)
-    theta_h = np.arctan2(np.hypot(x, y), z)
-    return theta_h, np.arctan2(y, x), np.stack([theta_h, samples.theta_i + samples.theta_o,
-                                                np.cos(_azimuth_difference(samples))])
-
-
-def _azimuth_difference(samples: Samples) -> FloatArray:
-    """phi_o - phi_i, (n,) radians; azimuths may be as large as numbers get."""
-    return np.asarray(np.mod(samples.phi_o, _TURN) - np.mod(samples.phi_i, _TURN))
+    return not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic"
 
 
 def _residual_squares(columns: FloatArray, y: FloatArray) -> float:

@@ -26,38 +26,32 @@ _GROWTH, _FREE = 3, 1 << 20     # most bytes inflated: times the file's size, pl
 
 
 def read(content: bytes, path: str | Path, names: Collection[str]) -> dict[str, FloatArray]:
-    """Read the arrays with the given names.
+    """Read the arrays with the given names, of two dimensions or more; those that the file does not have are missing.
 
     Raises DatasetError if the file is damaged, one of the arrays does not hold plain real numbers, or inflates too
     much.
-
-    Returns
-    -------
-    dict
-        Arrays of float64 with two dimensions or more, by name; those that the file does not have are missing.
     """
-    try:
-        return _arrays(content, names)
-    except (struct.error, zlib.error, ValueError) as error:
-        raise DatasetError(f"a damaged MATLAB file ({error})", path) from error
-
-
-def _arrays(content: bytes, names: Collection[str]) -> dict[str, FloatArray]:
-    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
-    if order is None:
-        raise ValueError("no mark of the byte order")
     allowance = _GROWTH * len(content) + _FREE
     arrays: dict[str, FloatArray] = {}
-    for kind, data in _elements(memoryview(content)[_MAT_HEADER:], order):
-        if kind == _COMPRESSED_TYPE:
-            inflated = _inflate(data, allowance)
-            allowance -= len(inflated)
-            kind, data = next(_elements(memoryview(inflated), order))
-        if kind == _MATRIX_TYPE:
-            name, array = _matrix(data, order, names, allowance)
-            if array is not None:
-                allowance -= array.nbytes
-                arrays[name] = array
+    try:
+        order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
+        if order is None:
+            raise ValueError("no mark of the byte order")
+        for kind, data in _elements(memoryview(content)[_MAT_HEADER:], order):
+            if kind == _COMPRESSED_TYPE:
+                inflater = zlib.decompressobj()
+                inflated = inflater.decompress(data, max(allowance, 1))
+                if not inflater.eof:
+                    raise ValueError("it ends early, or inflates to more than a file of this size should")
+                allowance -= len(inflated)
+                kind, data = next(_elements(memoryview(inflated), order))
+            if kind == _MATRIX_TYPE:
+                name, array = _matrix(data, order, names, allowance)
+                if array is not None:
+                    allowance -= array.nbytes
+                    arrays[name] = array
+    except (struct.error, zlib.error, ValueError) as error:
+        raise DatasetError(f"a damaged MATLAB file ({error})", path) from error
     return arrays
 
 
@@ -75,14 +69,6 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
             raise ValueError("it ends early")
         yield kind, data[start:start + size]
         at = end
-
-
-def _inflate(data: memoryview, allowance: int) -> bytes:
-    inflater = zlib.decompressobj()
-    inflated = inflater.decompress(data, max(allowance, 1))
-    if not inflater.eof:
-        raise ValueError("it ends early, or inflates to more than a file of this size should")
-    return inflated
 
 
 def _matrix(data: memoryview, order: str, names: Collection[str], allowance: int) -> tuple[str, FloatArray | None]:

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..arrays import map_directions
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples, freeze_new_arrays
+from ..samples import HORIZON, RGB, Samples
 from . import unmeasured
 from .format import Format
 from .reading import BY_DEFAULT, Reading
@@ -76,7 +76,6 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct],
                                 (theta[:, None, None], 0.0, theta[:, None], phi))
     values = values[distinct]
-    freeze_new_arrays(*directions, values)
     samples = Samples(*directions, values, RGB if kind else ("grey",), Path(path).stem, str(path))
     return unmeasured.remove_unmeasured(samples, reading)
 

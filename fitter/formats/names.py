@@ -44,10 +44,10 @@ _OUTGOING = frozenset({"o", "out", "outgoing", "r", "refl", "reflected", "reflec
                        "output"})
 _RELATIVE_WORDS = frozenset({"relative", "rel", "delta", "d", "difference", "diff", "between"})
 _FILLER_WORDS = frozenset({"angle", "angles", "ang", "of", "the", "direction", "to", "from", "normal"})
-_SHORT = {"aoi": "theta_i", "aos": "theta_s", "aoe": "theta_s", "aor": "theta_s", "aov": "theta_s", "sza": "theta_i",
-          "iza": "theta_i", "vza": "theta_s", "oza": "theta_s", "saa": "phi_i", "vaa": "phi_s", "raa": RELATIVE}
-_ANGLE_WORDS = {"incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s", "receive": "theta_s",
-                "receiver": "theta_s", "receiving": "theta_s"}      # without the word angle
+_ONE_WORD = {"aoi": "theta_i", "aos": "theta_s", "aoe": "theta_s", "aor": "theta_s", "aov": "theta_s", "sza": "theta_i",
+             "iza": "theta_i", "vza": "theta_s", "oza": "theta_s", "saa": "phi_i", "vaa": "phi_s", "raa": RELATIVE,
+             "incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s", "receive": "theta_s",
+             "receiver": "theta_s", "receiving": "theta_s"}     # of names that are no more than it
 _BESIDE = frozenset({"index", "no", "nr", "number", "id", "point", "time", "timestamp", "date", "temperature",
                      "uncertainty", "std", "stdev", "stddev", "sigma", "error", "comment", "comments", "remark",
                      "remarks", "note", "notes", "scan", "repeat", "rep"})
@@ -144,8 +144,8 @@ def role(name: str) -> str | None:
     ['theta_s', 'phi_i', 'theta_s', 'theta_i', 'phi', 'theta_i', None]
     """
     words = parse(name).words
-    if len(words) == 1 and words[0] in {**_SHORT, **_ANGLE_WORDS}:
-        return {**_SHORT, **_ANGLE_WORDS}[words[0]]
+    if len(words) == 1 and words[0] in _ONE_WORD:
+        return _ONE_WORD[words[0]]
     kept = [word for word in words if word not in _FILLER_WORDS]
     polar, azimuth = _POLAR_WORDS.intersection(kept), _AZIMUTH_WORDS.intersection(kept)
     rest = [word for word in kept if word not in polar and word not in azimuth]

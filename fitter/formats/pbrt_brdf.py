@@ -26,7 +26,7 @@ from ..samples import RGB, Samples
 from .format import Format
 from .reading import BY_DEFAULT, Reading
 from .spectra import to_linear_srgb
-from .text import check_azimuths, check_thetas, parse_numbers
+from .text import check_angles, parse_numbers
 
 _FEWEST, _MOST = 3, 1000    # plausible numbers of wavelengths
 _FIRST = re.compile(rb"(?:\A|[\r\n])[ \t\f\v]*([^\s#])")      # of the first line that is not a comment
@@ -50,16 +50,10 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         raise DatasetError(f"{len(values)} numbers found, expected {bands} wavelengths and rows of {columns}: "
                            f"theta_i phi_i theta_s phi_s and a value for each wavelength", path, line(len(values) - 1))
     table = values[1 + bands:].reshape(rows, columns)
-
-    def row_line(row: int) -> int | None:
-        return line(1 + bands + row * columns)
-
-    check_thetas(table[:, [0, 2]], row_line, path)
-    check_azimuths(table[:, [1, 3]], row_line, path)
+    check_angles(table[:, :4], lambda row: line(1 + bands + row * columns), path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
-    directions = map_directions(np.copy, table[:, :4].T)
-    del values, table           # they may take more memory than the file
-    return Samples(*directions, reflectance, RGB, Path(path).stem, str(path), reading.notes)
+    return Samples(*map_directions(np.asarray, table[:, :4].T), reflectance, RGB, Path(path).stem, str(path),
+                   reading.notes)
 
 
 FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read, ("illuminant",))

@@ -17,29 +17,15 @@ PLANE_SIDES = {"mirror": 1, "specular": 1, "forward": 1, "light": -1, "source": 
 
 def directions(theta_i: FloatArray, theta_o: FloatArray, values: FloatArray,
                said: int = 0) -> tuple[FloatArray, str]:
-    """Directions of a scan in the plane of incidence.
+    """Directions of a scan in the plane of incidence, (n, 4) as `names.ANGLES`, the light at azimuth 0; and how the
+    sides are told.
 
     Parameters
     ----------
     theta_i, theta_o : (n,) float64
         With signs, radians.
-    values : (n, channels) float64
     said : {1, -1, 0}
         The sign that theta_o has on the mirror's side of a positive theta_i, if that is known.
-
-    Returns
-    -------
-    directions : (n, 4) float64
-        As in `names.ANGLES`: the light at azimuth 0.
-    note : str
-        How the sides are told.
-
-    Examples
-    --------
-    >>> scan = np.radians([-30, 0, 30.0])
-    >>> found, note = directions(np.full(3, np.radians(30)), scan, np.array([[1], [1], [9.0]]))
-    >>> np.degrees(found[:, 3]).tolist(), note.split(":")[1]
-    ([0.0, 180.0, 180.0], ' theta_o is positive on the side of the highlight')
     """
     sign, why = (said, "the mirror's side, as the table says") if said else _side(theta_i, theta_o, values)
     # where it is 0, the side means nothing

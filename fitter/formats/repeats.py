@@ -21,15 +21,11 @@ def averaged(directions: FloatArray, values: FloatArray,
     """
     keys = [np.round((np.mod(column, 2 * np.pi) if name.startswith("phi") else column) / _SAME)
             for name, column in zip(ANGLES, directions.T, strict=True)]
-    order = np.lexsort(keys)        # of equal ones, in the order of the table
-    starts = np.ones(len(order), bool)
-    starts[1:] = np.any([key[order[1:]] != key[order[:-1]] for key in keys], axis=0)
-    if starts.all():
+    _, first, group, count = np.unique(np.stack(keys[::-1], axis=1), axis=0, return_index=True, return_inverse=True,
+                                       return_counts=True)
+    if len(first) == len(values):
         return directions, values, None, ()
-    first = order[starts]
-    group = np.empty(len(order), np.int64)
-    group[order] = np.cumsum(starts) - 1
-    count = np.bincount(group)
+    group = group.ravel()
     mean = np.stack([np.bincount(group, column) / count for column in values.T], axis=1)
     size = np.sqrt((mean ** 2).mean(axis=1))
     relative = (values - mean[group]) / np.maximum(size, _DARK_MEAN * size.mean() + np.finfo(float).tiny)[group, None]
@@ -42,8 +38,10 @@ def averaged(directions: FloatArray, values: FloatArray,
     as_written = np.argsort(first)
     bright = several & (size >= np.median(size[several]))
     usual = float(np.sqrt(np.median(squares[bright] / (count[bright] - 1))))
-    return (directions[first[as_written]], mean[as_written], deviation[as_written],
-            (note, *(_differing(values, group) or _scatter_question(usual))))
+    questions = _differing(values, group)
+    if not questions and usual > _MOST_SCATTER:
+        questions = (f"Half of the bright ones scatter by {usual:.0%} or more: are several samples in one table?",)
+    return directions[first[as_written]], mean[as_written], deviation[as_written], (note, *questions)
 
 
 def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
@@ -63,25 +61,12 @@ def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
             f"{times.max():,.3g}: is one of another sample, or in another unit?",)
 
 
-def _scatter_question(usual: float) -> tuple[str, ...]:
-    return (f"Half of the bright ones scatter by {usual:.0%} or more: are several samples in one table?",) * (
-        usual > _MOST_SCATTER)
-
-
 def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatArray:
-    """The relative variance of measurements as bright as each pair of directions: (n,).
+    """The relative variance of measurements as bright as each pair of directions: (n,), of the `size` of each, the sum
+    of squares of its relative deviations, and how many measurements more than one it has.
 
     It is that of all pairs, or where many were measured again the median of those of similar brightness: what an
     instrument adds to dark directions is no noise of bright ones.
-
-    Parameters
-    ----------
-    size : (n,) float64
-        Of the pairs.
-    squares : (n,) float64
-        The sum of the squared relative deviations of each.
-    freedom : (n,) int
-        How many measurements more than one it has.
     """
     again = np.flatnonzero(freedom)
     order = again[np.argsort(size[again], kind="stable")]

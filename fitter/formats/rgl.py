@@ -44,7 +44,7 @@ from .format import Format
 from .isotropy import rotations_note
 from .reading import BY_DEFAULT, Reading
 from .rgl_table import FEWEST_AZIMUTHS, RglTable, reduction
-from .spectra import srgb_weights, to_linear_srgb
+from .spectra import to_linear_srgb
 from .text import decode
 
 LARGEST = 160 << 20         # bytes; a spectral file has up to 15 million, of an anisotropic material 17 times as many
@@ -183,9 +183,7 @@ def _finite(array: NDArray[Any], name: str, path: str | Path) -> FloatArray:
 def _weights(wavelengths: NDArray[Any], bands: int, path: str | Path, illuminant: str) -> FloatArray:
     """The matrix from spectra to linear sRGB: (3, bands)."""
     _check_shape(wavelengths, "wavelengths", (bands,), path)
-    wavelengths = _finite(wavelengths, "wavelengths", path)
-    to_linear_srgb(wavelengths, np.zeros((1, bands)), path)         # refuses wavelengths that make no colour
-    return srgb_weights(wavelengths, illuminant)
+    return to_linear_srgb(_finite(wavelengths, "wavelengths", path), np.eye(bands), path, illuminant=illuminant).T
 
 
 FORMAT = Format("RGL", "RGL .bsdf", (".bsdf",), recognises, read, ("illuminant",), is_text=False, largest=LARGEST)

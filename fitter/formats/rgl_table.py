@@ -20,6 +20,7 @@ from ..arrays import (
     concatenate_directions,
     map_directions,
     select_directions,
+    unit_vectors,
 )
 from ..samples import HORIZON
 from . import rgl_warp
@@ -35,35 +36,17 @@ _Points = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class RglTable:
-    """The BRDF that a file defines, between its measurements too, as the authors' reader evaluates it.
+    """The BRDF that a file defines, between its measurements too, as the authors' reader evaluates it."""
 
-    Attributes
-    ----------
-    theta_i : (T,) float64
-        Tabulated angles of incidence, radians.
-    ndf, sigma : (m, n) float64
-        Over the unit square of directions.
-    warp : Warp
-        From half vectors to the grid, a slice for each azimuth and angle of incidence; these change faster.
-    values : (P T, N, N, 3) float64
-        Linear sRGB of f cos theta_o, divided by the Jacobian if that is used; slices as those of `warp`.
-    has_jacobian : bool
-    name : str
-        What was measured.
-    notes : tuple of str
-        What reading made of the file.
-    phi_i : (P,) float64
-        Tabulated azimuths of incidence, radians; of an isotropic material one, 0.
-    """
-
-    theta_i: FloatArray
-    ndf: FloatArray
-    sigma: FloatArray
-    warp: Warp
-    values: FloatArray
+    theta_i: FloatArray         # (T,) tabulated angles of incidence, radians
+    ndf: FloatArray             # (m, n) over the unit square of directions
+    sigma: FloatArray           # likewise
+    warp: Warp                  # from half vectors to the grid: slices by azimuth and by angle of incidence, the faster
+    values: FloatArray          # (P T, N, N, 3) of such slices: linear sRGB of f cos theta_o, over the Jacobian, if any
     has_jacobian: bool
-    name: str
-    notes: tuple[str, ...] = ()
+    name: str                   # what was measured
+    notes: tuple[str, ...] = ()     # what reading made of the file
+    # (P,) tabulated azimuths of incidence, radians; of an isotropic material one, 0
     phi_i: FloatArray = field(default_factory=lambda: np.zeros(1))
 
     @property
@@ -84,10 +67,8 @@ class RglTable:
         theta_i, phi_i, theta_o, phi_o = map_directions(lambda angle: np.asarray(angle, dtype=float),
                                                 np.broadcast_arrays(theta_i, phi_i, theta_o, phi_o))
         incident, outgoing = self._tabulated(phi_i, phi_o)
-        x = np.sin(theta_i) * np.cos(incident) + np.sin(theta_o) * np.cos(outgoing)
-        y = np.sin(theta_i) * np.sin(incident) + np.sin(theta_o) * np.sin(outgoing)
-        theta_h = np.arctan2(np.hypot(x, y), np.cos(theta_i) + np.cos(theta_o))
-        u_x, u_y = _square(theta_h, np.arctan2(y, x))
+        x, y, z = (unit_vectors(theta_i, incident) + unit_vectors(theta_o, outgoing)).T
+        u_x, u_y = _square(np.arctan2(np.hypot(x, y), z), np.arctan2(y, x))
         slices = self._slices(theta_i, incident)
         s_x, s_y = rgl_warp.to_grid(self.warp, slices, u_x, u_y)
         value = sum((weight[:, None] * _bilinear(self.values, s_x, s_y, index) for index, weight in slices),
@@ -136,47 +117,28 @@ class RglTable:
         values : (n, 3) float64
             1/sr.
         """
+        theta_i, azimuths, size = np.minimum(self.theta_i, HORIZON), self.phi_i, self.values.shape[1]
+        covered = self.reduction * (azimuths[-1] - azimuths[0])
+        if self.reduction < 4 and abs(covered - _TURN) < _SAME_AZIMUTH:
+            azimuths = azimuths[:-1]        # the last is the first again, after a turn or by a symmetry of half a turn
+        step = np.arange(size) / (size - 1)
         parts, values = [], []
-        for index, theta, phi in self._incidences():
-            u_x, u_y = self._half_vectors(index)
+        for index in range(len(azimuths) * len(theta_i)):
+            row, column = divmod(index, len(theta_i))
+            u_x, rows_y = rgl_warp.from_grid(self.warp, index, step, step[:-1])     # the last row is the first, 2 pi on
+            u_x[:, 0] = 0
+            u_y = np.broadcast_to(rows_y[:, None], u_x.shape)
+            directions, which = _reflect_above_horizon(theta_i[column], azimuths[row], u_x, u_y)
             value = self.values[index, :-1].copy()
             value[:, 0] = value[:, 0].mean(axis=0)
-            directions, which = _reflect_above_horizon(theta, phi, u_x, u_y)
             factor = self._factor(*directions[:3], u_x[which], u_y[which])
             parts.append(directions)
             values.append(value[which] * factor[:, None])
         return *concatenate_directions(parts), np.concatenate(values)
 
-    @property
-    def _closes(self) -> bool:
-        """Whether the last azimuth is the first again, after a turn or by a symmetry of half a turn."""
-        return (self.reduction < 4 and len(self.phi_i) > 1
-                and abs(self.reduction * (self.phi_i[-1] - self.phi_i[0]) - _TURN) < _SAME_AZIMUTH)
-
-    def _incidences(self) -> list[tuple[int, float, float]]:
-        """Slice, theta_i and phi_i of all that are different."""
-        count, theta_i = len(self.theta_i), np.minimum(self.theta_i, HORIZON).tolist()
-        azimuths = self.phi_i[:-1] if self._closes else self.phi_i
-        return [(row * count + column, theta, phi) for row, phi in enumerate(azimuths.tolist())
-                for column, theta in enumerate(theta_i)]
-
-    def _half_vectors(self, index: int) -> tuple[FloatArray, FloatArray]:
-        """The nodes of the grid for a slice, in the unit square: (N - 1, N) each."""
-        size = self.values.shape[1]
-        step = np.arange(size) / (size - 1)
-        u_x, u_y = rgl_warp.from_grid(self.warp, index, step, step[:-1])    # the last row is the first, 2 pi on
-        u_x[:, 0] = 0
-        return u_x, np.broadcast_to(u_y[:, None], u_x.shape)
-
 
 def reduction(phi_i: FloatArray) -> int:
-    """How many times the range of tabulated azimuths, radians, goes into a whole turn; 0 if it is none.
-
-    Examples
-    --------
-    >>> [reduction(np.radians(last) * np.linspace(-1, 0, 9)) for last in (360, 180, 90, 0)]
-    [1, 2, 4, 0]
-    """
+    """How many times the range of tabulated azimuths, radians, goes into a whole turn; 0 if it is none."""
     covered = float(phi_i[-1] - phi_i[0])
     return round(_TURN / covered) if covered > _SAME_AZIMUTH else 0
 
@@ -185,11 +147,14 @@ def _reflect_above_horizon(theta: float, phi: float, u_x: FloatArray, u_y: Float
     """The light, and the directions into which half vectors u reflect it, above the horizon: (n,); and which u these
     are. Of a column where the half vector is the normal, the first.
     """
-    theta_i = np.full_like(u_x, theta)
-    theta_o, phi_o = _mirror_directions(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
+    theta_h, phi_h = u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi
+    x, y, z = np.sin(theta_h) * np.cos(phi_h), np.sin(theta_h) * np.sin(phi_h), np.cos(theta_h)
+    cosine = np.sin(theta) * x + np.cos(theta) * z
+    x, y, z = 2 * cosine * x - np.sin(theta), 2 * cosine * y, 2 * cosine * z - np.cos(theta)
+    theta_o, phi_o = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + phi
     which = np.cos(theta_o) > _RGL_HORIZON
     which[1:] &= u_x[1:] > 0
-    return select_directions((theta_i, np.full_like(u_x, phi), theta_o, phi_o + phi), which), which
+    return select_directions((np.full_like(u_x, theta), np.full_like(u_x, phi), theta_o, phi_o), which), which
 
 
 def _locate(nodes: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -214,11 +179,3 @@ def _bilinear(table: FloatArray, u_x: FloatArray, u_y: FloatArray, index: IntArr
     a, b = a[extra], b[extra]
     return ((1 - b) * ((1 - a) * table[(*at, j, i)] + a * table[(*at, j, i + 1)])
             + b * ((1 - a) * table[(*at, j + 1, i)] + a * table[(*at, j + 1, i + 1)]))
-
-
-def _mirror_directions(theta_i: FloatArray, theta_h: FloatArray, phi_h: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The direction (theta_o, phi_o) into which half vectors mirror (theta_i, 0); theta_o up to pi."""
-    x, y, z = np.sin(theta_h) * np.cos(phi_h), np.sin(theta_h) * np.sin(phi_h), np.cos(theta_h)
-    cosine = np.sin(theta_i) * x + np.cos(theta_i) * z
-    x, y, z = 2 * cosine * x - np.sin(theta_i), 2 * cosine * y, 2 * cosine * z - np.cos(theta_i)
-    return np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)

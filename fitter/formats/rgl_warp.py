@@ -17,21 +17,11 @@ from ..arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Warp:
-    """Densities over the unit square, in units of a cell, and their integrals.
+    """Densities over the unit square, in units of a cell, and their integrals."""
 
-    Attributes
-    ----------
-    density : (slices, ny, nx) float64
-        Each slice integrates to 1.
-    along : (slices, ny, nx) float64
-        Integral along x from the row's start.
-    marginal : (slices, ny) float64
-        Integral over the rows up to this one.
-    """
-
-    density: FloatArray
-    along: FloatArray
-    marginal: FloatArray
+    density: FloatArray     # (slices, ny, nx), each of which integrates to 1
+    along: FloatArray       # (slices, ny, nx), the integral along x from the row's start
+    marginal: FloatArray    # (slices, ny), the integral over the rows up to this one
 
 
 def warp(density: FloatArray) -> Warp:
@@ -51,18 +41,10 @@ def warp(density: FloatArray) -> Warp:
 
 def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatArray,
             y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The place in the grid, s, of points u = (x, y); both in the unit square.
+    """The place in the grid, s, (n,) each, of points u = (x, y), (n,); both in the unit square.
 
-    Parameters
-    ----------
-    slices : sequence of two (n,) arrays
-        Those whose densities are blended, and with what weights, which sum to 1.
-    x, y : (n,) arrays
-
-    Returns
-    -------
-    s_x, s_y : (n,) float64
-        s_x is 0 where the density of a whole row is 0.
+    The densities of `slices` are blended by their weights, which sum to 1, (n,) each. s_x is 0 where the density of a
+    whole row is 0.
     """
     rows, columns = warp.density.shape[1:]
     j, b = cell(y, rows)
@@ -84,23 +66,8 @@ def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatA
 
 
 def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The points u of a grid of places s, for one slice; the inverse of `to_grid`.
-
-    Parameters
-    ----------
-    s_x : (columns,) array
-    s_y : (rows,) array
-
-    Returns
-    -------
-    u_x : (rows, columns) float64
-    u_y : (rows,) float64
-
-    Examples
-    --------
-    >>> slope = warp(np.array([[[0.0, 1.0], [0.0, 1.0]]]))
-    >>> from_grid(slope, 0, np.array([0.0, 0.25, 1.0]), np.array([0.5]))
-    (array([[0. , 0.5, 1. ]]), array([0.5]))
+    """The points u, (rows, columns) and (rows,), of a grid of places s, (columns,) and (rows,), for one slice; the
+    inverse of `to_grid`.
     """
     density, along, marginal = warp.density[index], warp.along[index], warp.marginal[index]
     j = np.clip(np.searchsorted(marginal, s_y) - 1, 0, len(marginal) - 2)

@@ -45,23 +45,11 @@ def srgb_weights(wavelengths: FloatArray, illuminant: str = DEFAULT) -> FloatArr
 
 def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path | None = None,
                    line: int | None = None, illuminant: str = DEFAULT) -> FloatArray:
-    """Convert spectra to linear sRGB under an illuminant. Saturated colours may have negative components.
+    """Convert spectra, (n, bands), to linear sRGB under one of `ILLUMINANTS`: (n, 3). Saturated colours may have
+    negative components.
 
-    Raises DatasetError if the wavelengths are not as described.
-
-    Parameters
-    ----------
-    wavelengths : (bands,) array_like
-        nm, in any order; at least three must be within 400 to 700 nm, and span 200 nm.
-    values : (n, bands) array_like
-    path, line
-        Where the spectra are from, for the error.
-    illuminant : str
-        One of `illuminants.ILLUMINANTS`.
-
-    Returns
-    -------
-    (n, 3) float64
+    Raises DatasetError, with the path and line of the wavelengths, unless these, in nm and in any order, differ, and at
+    least three are within 400 to 700 nm and span 200 nm.
 
     Examples
     --------

@@ -48,7 +48,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from ..samples import RGB, Samples, freeze_new_arrays
+from ..samples import RGB, Samples
 from . import unmeasured
 from .format import Format
 from .isotropy import finished
@@ -68,18 +68,8 @@ _LEAST_COSINE = 1e-3        # an intensity at the horizon tells no BSDF
 
 @dataclass(frozen=True)
 class _Table:
-    """What is reflected at one angle of incidence.
-
-    Attributes
-    ----------
-    rotation, theta_i : float
-        Radians.
-    theta, phi : (n,), (m,) float64
-        Radians.
-    values : (n, m) float64
-        Proportional to the BSDF.
-    line : int
-    """
+    """What is reflected at one angle of incidence: angles in radians, values, (polar angles, azimuths), proportional to
+    the BSDF, and the line where they begin."""
 
     rotation: float
     theta_i: float
@@ -87,10 +77,6 @@ class _Table:
     phi: FloatArray
     values: FloatArray
     line: int
-
-    def total(self) -> float:
-        """The integral of the values times cos(theta_o)."""
-        return float(np.sum(weights(self.phi, self.theta, 0.0) * self.values.T))
 
 
 class _Lines:
@@ -108,11 +94,6 @@ class _Lines:
         end = min(ends, default=len(self.content))
         self.at = end + (2 if self.content[end:end + 2] == b"\r\n" else 1)
         return self.content[self.start:end]
-
-    def skip(self, count: int) -> None:
-        """Pass over a number of characters, and the rest of the line in which they end."""
-        self.at = min(self.at + count, len(self.content))
-        self.next("lines after the description")
 
     def numbers(self, count: int, what: str) -> list[float]:
         """The numbers of the next line that is not blank."""
@@ -162,7 +143,6 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         channels, colour = RGB, to_linear_srgb(_BANDS, np.interp(_BANDS, bands, shares)[None],
                                                illuminant=reading.illuminant)[0]
     values = relative[:, None] / reflected * colour
-    freeze_new_arrays(values)
     note = f"Reflects {np.mean(shares):.4g} at {np.degrees(at[0]):g} degrees, as the file says"
     samples = Samples(theta_i, phi, theta_o, phi_o, values, channels, Path(path).stem, str(path),
                       (note, *(reading.notes if len(channels) > 1 else ())))
@@ -181,7 +161,8 @@ def _head(lines: _Lines) -> tuple[bool, bool, list[tuple[float, float]]]:
     length = lines.numbers(1, "the number of characters of the description")[0]
     if not 0 <= length <= len(lines.content):
         raise lines.error(f"{length:g} characters of a description found, expected no more than there are")
-    lines.skip(int(length))
+    lines.at = min(lines.at + int(length), len(lines.content))
+    lines.next("lines after the description")
     lines.numbers(3, "the anisotropy vector")
     has_reflection, has_transmission = lines.numbers(2, "whether there are reflection and transmission")
     if not has_reflection:
@@ -221,7 +202,6 @@ def _spectrum(lines: _Lines) -> tuple[tuple[float, float], FloatArray, FloatArra
 
 
 def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -> _Table:
-    """Read one table."""
     shape = lines.numbers(2, "the numbers of polar angles and of azimuths")
     line = line_number(lines.content, lines.start)
     if not all(1 <= number <= _MOST and number == int(number) for number in shape):
@@ -242,14 +222,15 @@ def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -
 
 
 def _reflected_integral(tables: list[_Table], at: tuple[float, float]) -> float:
-    """The integral of what is reflected at the incidence of the spectrum, of two tables between which it is."""
+    """The integral of values times cos(theta_o) at the incidence of the spectrum, of two tables between which it is."""
     apart = [abs(np.angle(np.exp(1j * (table.rotation - at[1])))) for table in tables]
     nearest = sorted((table for table, turn in zip(tables, apart, strict=True) if turn <= min(apart) + 1e-9),
                      key=lambda table: table.theta_i)
     angles = [table.theta_i for table in nearest]
     above = int(np.clip(np.searchsorted(angles, at[0]), 1, max(len(angles) - 1, 1)))
     pair = nearest[above - 1:above + 1]
-    return float(np.interp(at[0], [table.theta_i for table in pair], [table.total() for table in pair]))
+    totals = [np.sum(weights(table.phi, table.theta, 0.0) * table.values.T) for table in pair]
+    return float(np.interp(at[0], [table.theta_i for table in pair], totals))
 
 
 def _directions(table: _Table, phi_i: float) -> tuple[FloatArray, ...]:

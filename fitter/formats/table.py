@@ -62,13 +62,17 @@ from .reading import BY_DEFAULT, Reading
 from .repeats import averaged
 from .table_columns import Columns, shorten
 from .table_layout import Layout
-from .text import check_azimuths, check_thetas, decode, line_number, lines
-from .wavelength_rows import wavelengths_to_columns
+from .text import check_angles, decode, line_number, lines, parse_number
 
 _SYMMETRY = re.compile(rb"#+[ \t]*symmetry[ \t]*[:=][ \t]*", re.IGNORECASE)
 _SYMMETRIES = {frozenset(words): symmetry for symmetry, words in (     # by the words that say them
     (NO_SYMMETRY, ("none",)), (HALF_TURN, ("180",)), (MIRROR, ("mirror",)), (HALF_TURN_AND_MIRROR, ("180", "mirror")))}
+_NAMES = ("name", "sample", "sample name", "material")
 _FILLERS = {"degrees", "deg", "and"}
+_MOST_WAVELENGTHS = 1000    # of a table with a row for each
+_MICRONS = 20               # a wavelength below it is in micrometres
+_SAME_WRITTEN = 1e-9        # of angles, as they are written
+_LEAST_SHARED = 0.5         # of the cells that directions and wavelengths make, at least this share must be there
 
 
 def recognises(content: bytes) -> bool:
@@ -78,14 +82,7 @@ def recognises(content: bytes) -> bool:
 
 
 def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | None:
-    r"""What to say of a table whose columns mean nothing here, or have no names; None of what is no table.
-
-    Examples
-    --------
-    >>> print(unknown_columns(b"alpha;beta\n1;2\n3;4\n", "scan.csv"))      # doctest: +ELLIPSIS
-    scan.csv:1: columns alpha, beta found; expected theta_i, theta_o, phi ...
-    >>> unknown_columns(b"Tuesday: measured\nthe blue one\n", "scan.csv")
-    """
+    """What to say of a table whose columns mean nothing here, or have no names; None of what is no table."""
     found = table_layout.preview(content)
     if found is None or (len(found[1][0]) < 3 and (found[0] is None or len(found[1]) < 2)):
         return None
@@ -97,18 +94,14 @@ def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | N
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says.
+    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says; `notes` of the
+    samples say what was made of it.
 
     Raises DatasetError if the table is malformed; ColumnsUnknownError if its columns are not understood;
     UnitsUnknownError if it says too little, and `reading` does not say it.
-
-    Returns
-    -------
-    Samples
-        Its `notes` say what was made of the table.
     """
     if reading.columns is None and (found := table_on_its_side.transpose_table(content)) is not None:
-        return _on_its_side(found, reading, path)
+        return _on_its_side(*found, reading, path)
     layout = table_layout.find(content, reading.columns)
     if layout is None:
         raise ColumnsUnknownError(f"no row of numbers for the columns {reading.columns} found" if reading.columns else
@@ -135,19 +128,19 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                                                        layout.line)
     channels, values, of_channels = reflectance(channels, values, path, layout.line, reading)
     directions, values, deviation, repeated = averaged(directions, values)
-    name = table_columns.sample_name(said) or Path(path).stem
+    name = next((said[key] for key in _NAMES if said.get(key)), Path(path).stem)
     samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path),
                       (*notes, *more, *of_channels, *repeated), deviation=deviation)
     return finished(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
 
 
-def _on_its_side(found: table_on_its_side.Upright, reading: Reading, path: str | Path) -> Samples:
-    """As `read`; errors count the columns of the table as it lies."""
+def _on_its_side(content: bytes, line: int, reading: Reading, path: str | Path) -> Samples:
+    """As `read`, of a table whose names are on a line; errors count the columns of the table as it lies."""
     try:
-        samples = read(path, found.content, reading)
+        samples = read(path, content, reading)
     except DatasetError as error:
         said = str(error).removeprefix(printable(f"{path}:{error.line}: ")).removeprefix(printable(f"{path}: "))
-        column = f" (column {error.line - found.line + 1})" if error.line and error.line > found.line else ""
+        column = f" (column {error.line - line + 1})" if error.line and error.line > line else ""
         raise type(error)(f"in a table that lies on its side{column}: {said}", path) from error
     return replace(samples, notes=("The table lies on its side: a line for each name", *samples.notes))
 
@@ -160,13 +153,12 @@ def _measurements(columns: Columns, numbers: FloatArray, units: list[str | None]
     what, note, said_cosine = table_columns.quantity(columns, units, said, reading, path, line)
     angles = columns.angles(numbers)
     in_degrees = _are_degrees(unit, angles, reading, path, line)
-    check_thetas(np.abs(angles[:, [0, 2]]), find_line, path, in_degrees)
-    check_azimuths(angles[:, [1, 3]], find_line, path)
+    check_angles(angles, find_line, path, in_degrees, signed=True)
     notes = [angles_note(in_degrees, unit, reading)]
     values, channels = numbers[:, [*columns.values]], [value.channel for value in columns.values.values()]
     if (wavelength := columns.roles.get(WAVELENGTH)) is not None:
         in_microns = {"um": True, "nm": False}.get(units[wavelength] or "")
-        angles, values, channels, in_rows = wavelengths_to_columns(
+        angles, values, channels, in_rows = _wavelengths_to_columns(
             angles, numbers[:, wavelength], values[:, 0], in_microns, path, line)
         notes.append(in_rows)
     directions = np.radians(angles) if in_degrees else angles
@@ -178,7 +170,7 @@ def _measurements(columns: Columns, numbers: FloatArray, units: list[str | None]
         directions = _on_the_other_side(directions)
         notes.append("Polar angles below 0 are on the other side of the normal")
     if (standard := columns.roles.get(STANDARD)) is not None:
-        reflected = table_columns.standard_reflectance(said, path)
+        reflected = parse_number(said.get("standard", "1").encode(), path)
         values = _divide_by_standard(values, numbers[:, standard], reflected, find_line, path)
         notes.append(f"Divided by a standard of reflectance {reflected:g}")
     notes += [note] if note else []
@@ -186,6 +178,35 @@ def _measurements(columns: Columns, numbers: FloatArray, units: list[str | None]
     asked = "" if reading.quantity is None else f", as asked{contradicts}"
     directions, values, of_quantity = to_brdf(directions, values, what, asked, path, line)
     return directions, values, channels, [*notes, *of_quantity]
+
+
+def _wavelengths_to_columns(angles: FloatArray, wavelengths: FloatArray, values: FloatArray, in_microns: bool | None,
+                           path: str | Path, line: int) -> tuple[FloatArray, FloatArray, list[str], str]:
+    """Of a table with a row for each wavelength, (n,), one for each pair of directions that has all of them, in the
+    order in which they begin: angles, (m, 4), values, (m, bands), channels such as 550nm, and a note.
+
+    What was measured more than once is averaged. Whether wavelengths are in micrometres their size says, where nothing
+    else does. Raises DatasetError if the directions hardly share their wavelengths.
+    """
+    if in_microns or (in_microns is None and np.abs(wavelengths).max() < _MICRONS):
+        wavelengths = wavelengths * 1000
+    bands, band = np.unique(np.round(wavelengths, 6), return_inverse=True)
+    _, first, pair = np.unique(np.round(angles / _SAME_WRITTEN), axis=0, return_index=True, return_inverse=True)
+    pair = pair.ravel()
+    cells = len(first) * len(bands)
+    if len(bands) > _MOST_WAVELENGTHS or cells * _LEAST_SHARED > len(values):
+        raise DatasetError(f"{len(bands):,} wavelengths at {len(first):,} pairs of directions in {len(values):,} rows "
+                           "found, expected the same wavelengths at all", path, line)
+    cell = pair * len(bands) + band
+    count = np.bincount(cell, minlength=cells)
+    mean = (np.bincount(cell, values, cells) / np.maximum(count, 1)).reshape(len(first), len(bands))
+    whole = (count > 0).reshape(len(first), len(bands)).all(axis=1)
+    if not whole.any():
+        raise DatasetError("no pair of directions has all wavelengths, expected the same at all", path, line)
+    kept = np.flatnonzero(whole)[np.argsort(first[whole])]
+    lacking = f"; {np.count_nonzero(~whole):,} without some are left out" if not whole.all() else ""
+    note = f"{len(bands)} wavelength{'s' * (len(bands) > 1)} at {len(kept):,} pairs of directions, in rows{lacking}"
+    return angles[first[kept]], mean[kept], [f"{number:g}nm" for number in bands], note
 
 
 def _on_the_other_side(directions: FloatArray) -> FloatArray:
@@ -219,8 +240,10 @@ def _are_degrees(unit: str | None, angles: FloatArray, reading: Reading, path: s
 
 
 def _divide_by_standard(values: FloatArray, standard: FloatArray, reflected: float, find_line: Callable[[int], int],
-                 path: str | Path) -> FloatArray:
+                        path: str | Path) -> FloatArray:
     """The BRDF, from what the detector read of the sample and of a diffuse standard: a ratio times its BRDF."""
+    if not 0 < reflected <= 2:
+        raise DatasetError(f"a standard of reflectance {reflected:g} found, expected 0 to 1", path)
     dark = np.flatnonzero(standard <= 0)
     if len(dark):
         raise DatasetError(f"the standard reads {standard[dark[0]]:g}, expected more than 0", path, find_line(dark[0]))

@@ -13,14 +13,13 @@ from .names import ANGLES
 from .plane import PLANE_SIDES
 from .reading import QUANTITIES, Quantity, Reading
 from .table_layout import MOST_COLUMNS, SKIPPED, Layout
-from .text import decode, floats, lines, parse_number
+from .text import decode, floats, lines
 
 EXPECTED = "theta_i, theta_o, phi (or phi_i and phi_o), and values: BRDF, or R, G and B"
 OTHERWISE = "the option columns says which is which"
 _SAID = re.compile(rb"[#%!/\s\"]*([^:=;,\t|\"]{1,60}?)[\s\"]*[:=;,\t|]+[\s\"]*([^\r\n]{0,200}?)[\s;,|\"]*\Z")
 _NUMBER = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*[;,\t|]?\s*(.*)")
 _STRANGE_UNITS = frozenset({"gon", "grad", "grads", "gradian", "gradians", "mrad", "milliradians", "arcmin", "turns"})
-_NAMES = ("name", "sample", "sample name", "material")
 _ANGULAR = {"deg", "rad"}
 _AZIMUTH = {names.RELATIVE: "phi_s"}        # the light is at azimuth 0
 _SAID_QUANTITIES = {        # whether they are reflectance factors, and in percent
@@ -31,20 +30,12 @@ _SAID_QUANTITIES = {        # whether they are reflectance factors, and in perce
 
 @dataclass
 class Columns:
-    """What the columns of a table are, by their numbers.
+    """What the columns of a table are, by their numbers."""
 
-    Attributes
-    ----------
-    roles : dict
-        The columns of angles (`names.ANGLES`), of the wavelength and of the standard, as far as they are there.
-    values : dict
-        What the columns of values hold.
-    constants : dict
-        Of the other angles, those that are said before the table, each with its unit, or "".
-    """
-
+    # the columns of angles (`names.ANGLES`), of the wavelength and of the standard, as far as they are there
     roles: dict[str, int] = field(default_factory=dict)
     values: dict[int, names.Value] = field(default_factory=dict)
+    # of the other angles, those that are said before the table, each with its unit, or ""
     constants: dict[str, tuple[float, str]] = field(default_factory=dict)
 
     @property
@@ -71,11 +62,6 @@ def said_before(content: bytes, layout: Layout) -> dict[str, str]:
     begin, end = layout.titles
     matches = (_SAID.match(line[0]) for line in lines(content[begin:end]))
     return {decode(match[1]).strip().lower(): decode(match[2]).strip() for match in matches if match}
-
-
-def sample_name(said: dict[str, str]) -> str:
-    """What was measured, if the table says it, or ""."""
-    return next((said[key] for key in _NAMES if said.get(key)), "")
 
 
 def assign_columns(layout: Layout, said: dict[str, str], path: str | Path) -> Columns:
@@ -202,14 +188,6 @@ def quantity(columns: Columns, units: list[str | None], said: dict[str, str], re
                                 "name them BRDF or reflectance_factor", path, line)
     name, note = _SAID_QUANTITIES[kind == names.FACTOR, in_percent]
     return Quantity(cosine, QUANTITIES[name].scale), note, cosine
-
-
-def standard_reflectance(said: dict[str, str], path: str | Path) -> float:
-    """What the standard reflects, as a comment says it, else 1."""
-    reflected = parse_number(said.get("standard", "1").encode(), path)
-    if not 0 < reflected <= 2:
-        raise DatasetError(f"a standard of reflectance {reflected:g} found, expected 0 to 1", path)
-    return reflected
 
 
 def mirror_side(said: dict[str, str]) -> int:

@@ -33,54 +33,25 @@ _BLANKS = re.compile(rb"\s{2,}")
 
 @dataclass(frozen=True)
 class Layout:
-    """How a table is laid out.
+    """How a table is laid out."""
 
-    Attributes
-    ----------
-    names : list of str
-        Of the columns.
-    units : list of (str, or None)
-        As `names.unit_of` has them; None where neither the name nor the line of units says one.
-    separator : bytes, or None
-        None: blanks.
-    titles : (int, int)
-        The part of the content before the names: its begin and end.
-    start : int
-        Where in the content the rows begin.
-    line : int
-        Of the names, or of the first row where `Reading.columns` names them.
-    texts : tuple of str
-        The names that mean nothing here of columns of text; in `names` they are `SKIPPED`.
-    """
-
-    names: list[str]
-    units: list[str | None]
-    separator: bytes | None
-    titles: tuple[int, int]
-    start: int
-    line: int
-    texts: tuple[str, ...] = ()
+    names: list[str]                # of the columns
+    units: list[str | None]         # as `unit_of` has them; None where neither name nor line of units says one
+    separator: bytes | None         # None: blanks
+    titles: tuple[int, int]         # the part of the content before the names: its begin and end
+    start: int                      # where in the content the rows begin
+    line: int                       # of the names, or of the first row where `Reading.columns` names them
+    texts: tuple[str, ...] = ()     # names that mean nothing here, of columns of text: in `names` they are `SKIPPED`
 
 
 def is_comment(line: bytes) -> bool:
-    """Whether a line is a comment: it begins with #, and not with an error of Excel.
-
-    Examples
-    --------
-    >>> is_comment(b"# angles: degrees"), is_comment(b"#N/A;30;0;1")
-    (True, False)
-    """
+    """Whether a line is a comment: it begins with #, and not with an error of Excel."""
     return line.startswith(b"#") and not line[:8].lower().startswith(_ERRORS)
 
 
 def find(content: bytes, columns: str | None = None) -> Layout | None:
-    """The layout of a table; None for what is none.
-
-    Parameters
-    ----------
-    content : bytes
-    columns : str, optional
-        Names of the columns, separated by commas, whatever the table calls them.
+    """The layout of a table; None for what is none. `columns` names them, separated by commas, whatever the table calls
+    them.
     """
     if columns is not None:
         return _layout_of_names(content, split(columns.encode(), b","))

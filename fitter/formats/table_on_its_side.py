@@ -11,7 +11,6 @@ before the table are its titles.
 """
 
 from itertools import islice
-from typing import NamedTuple
 
 from . import names
 from .table_layout import LONGEST, MOST_COLUMNS, SEPARATORS, find, is_cell, is_comment, is_number, split
@@ -21,21 +20,13 @@ _BEGIN_NUMBERS = b"0123456789.+-"
 _MOST_LINES = 1000          # before a line of angles
 
 
-class Upright(NamedTuple):
-    """A table as it stands upright."""
-
-    content: bytes
-    line: int
-    """Of the names, from 1; each line below it is a measurement, or the units."""
-
-
-def transpose_table(content: bytes) -> Upright | None:
-    r"""A table that lies on its side, upright; None of what is none.
+def transpose_table(content: bytes) -> tuple[bytes, int] | None:
+    r"""A table that lies on its side, upright, and the line of its names, from 1; None of what is none. Each line below
+    is a measurement, or the units.
 
     Examples
     --------
-    >>> found = transpose_table(b"a scan\nIncidence,10,10\nReceive,0,10\nBRDF,.31,.32\n")
-    >>> found.content, found.line
+    >>> transpose_table(b"a scan\nIncidence,10,10\nReceive,0,10\nBRDF,.31,.32\n")
     (b'a scan\nIncidence\tReceive\tBRDF\n10\t0\t.31\n10\t10\t.32\n', 2)
     """
     first = [line[0] for line in islice(lines(content), _MOST_LINES) if line[0][:1] not in _BEGIN_NUMBERS]
@@ -57,7 +48,7 @@ def _is_of_angles(cells: list[bytes]) -> bool:
     return all(map(is_cell, numbers)) and sum(map(is_number, numbers)) > 1
 
 
-def _transpose_lines(every: list[bytes], separator: bytes) -> Upright | None:
+def _transpose_lines(every: list[bytes], separator: bytes) -> tuple[bytes, int] | None:
     """The table of the lines that have as many cells as those of angles or fewer, and two after the name or more."""
     count = max(len(cells) for line in every if _is_of_angles(cells := _cells(line, separator)))
     titles: list[bytes] = []
@@ -77,4 +68,4 @@ def _transpose_lines(every: list[bytes], separator: bytes) -> Upright | None:
     rows = [b"\t".join(row) for number, block in enumerate(blocks)
             for row in islice(zip(*map(block.__getitem__, heads), strict=True), int(has_units and number > 0), None)]
     made = b"".join(line + b"\n" for line in (*titles, b"\t".join(heads), *rows))
-    return None if find(made) is None else Upright(made, len(titles) + 1)
+    return None if find(made) is None else (made, len(titles) + 1)

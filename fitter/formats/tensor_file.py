@@ -23,14 +23,8 @@ _MOST_DIMENSIONS = 8
 
 
 def read(content: bytes, path: str | Path) -> dict[str, NDArray[Any]]:
-    """Read the table of arrays; the arrays look into the content, so that nothing is copied.
-
-    Raises DatasetError if the file is damaged.
-
-    Returns
-    -------
-    dict
-        Arrays of the type that the file has them in, read-only, by name.
+    """Read the arrays, by name, of the type that the file has them in. They look into the content, so that nothing is
+    copied, and are read-only. Raises DatasetError if the file is damaged.
     """
     start = len(TENSOR_MAGIC) + len(_TENSOR_VERSION)
     if content[:start] != TENSOR_MAGIC + _TENSOR_VERSION:

@@ -76,13 +76,7 @@ def _utf_16(content: bytes) -> str | None:
 
 
 def decode(text: bytes) -> str:
-    """Decode text in UTF-8 or, as old files have it, in Latin-1.
-
-    Examples
-    --------
-    >>> decode("Grün".encode("utf-8")), decode("Grün".encode("latin-1"))
-    ('Grün', 'Grün')
-    """
+    """Decode text in UTF-8 or, as old files have it, in Latin-1."""
     try:
         return text.decode()
     except UnicodeDecodeError:
@@ -101,32 +95,16 @@ def lines(content: bytes, start: int = 0) -> Iterator[re.Match[bytes]]:
 
 
 def line_number(content: bytes, position: int) -> int:
-    r"""The number, from 1, of the line that contains a position.
-
-    Examples
-    --------
-    >>> line_number(b"one\r\ntwo\nthree", 6)
-    2
-    """
+    """The number, from 1, of the line that contains a position."""
     ends = sum(content.count(end, 0, position) for end in (b"\n", b"\r"))
     return 1 + ends - content.count(b"\r\n", 0, position)
 
 
 def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Path,
                separator: bytes | None = b",", end: int = sys.maxsize) -> FloatArray:
-    r"""Parse lines of numbers that are separated by commas, or by another character, or None: by white space.
+    r"""Parse lines of `count` numbers that are separated by commas, or by another character, or None: by white space.
 
-    Parameters
-    ----------
-    start : int
-        Position of the first line.
-    count : int
-        Numbers in each line.
-    what : str
-        What the numbers are, for errors.
-    separator : bytes, optional
-    end : int
-        Position after the last line.
+    They stand from the position `start` to `end`; errors say `what` they are.
 
     Returns
     -------
@@ -136,11 +114,6 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
     --------
     >>> parse_rows(b"VARS a,b\n1,2\n\n3,4\n", 8, 2, "a and b", "data.astm").tolist()
     [[1.0, 2.0], [3.0, 4.0]]
-    >>> try:
-    ...     parse_rows(b"VARS a,b\n1,2\n\n3\n", 8, 2, "a and b", "data.astm")
-    ... except DatasetError as error:
-    ...     print(error)
-    data.astm:4: 1 entries found, expected 2: a and b
     """
     values = array("d")
     for piece in _LINES_PATTERN.finditer(content, start, end):
@@ -168,19 +141,9 @@ def parse_row(line: bytes, separator: bytes | None, count: int, what: str, path:
     return numbers
 
 
-def nth_line(content: bytes, start: int, row: int) -> int:
-    """The line number of a row of `parse_rows`."""
-    return line_number(content, next(islice(lines(content, start), row, None)).start())
-
-
 def parse_numbers(content: bytes, path: str | Path) -> tuple[FloatArray, Callable[[int], int]]:
-    r"""Parse all numbers of a text with comments, which are separated by white space.
-
-    Returns
-    -------
-    numbers : (n,) float64
-    line : callable
-        Maps the index of a number to its line number.
+    r"""Parse all numbers of a text with comments, which are separated by white space: (n,), and a function from the
+    index of a number to its line.
 
     Examples
     --------
@@ -215,39 +178,29 @@ def parse_number(token: bytes, path: str | Path, content: bytes = b"", position:
     raise DatasetError(f"{_quote(token)} found, expected {expected}", path, line)
 
 
-def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: str | Path,
-                 in_degrees: bool = False) -> None:
-    """Raise `DatasetError` for the first row with a polar angle outside 0 to pi/2.
+def check_angles(angles: FloatArray, line: Callable[[int], int], path: str | Path, in_degrees: bool = False,
+                 signed: bool = False) -> None:
+    """Raise `DatasetError` for the first row of `names.ANGLES`, (n, 4) radians or degrees, with a polar angle outside 0
+    to pi/2, or with an azimuth beyond `LARGEST_AZIMUTH`, which is no angle.
 
-    Parameters
-    ----------
-    thetas : (n, k) array
-        Radians, or degrees.
-    line : callable
-        Maps a row to its line number, or None if there is none.
+    Polar angles may be `signed`; `line` maps a row to its line number.
     """
-    most, expected = (90 + 5e-4, "90 degrees") if in_degrees else (HORIZON + 1e-5, "pi/2 radians")
-    bad = np.argwhere((thetas < 0) | (thetas > most))
-    if len(bad):
-        row, column = bad[0]
-        raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to {expected}", path, line(row))
-
-
-def check_azimuths(phis: FloatArray, line: Callable[[int], int | None], path: str | Path) -> None:
-    """Raise `DatasetError` for the first row with an azimuth that is no angle: beyond `LARGEST_AZIMUTH`.
-
-    Parameters
-    ----------
-    phis : (n, k) array
-        Radians, or degrees.
-    line : callable
-        As of `check_thetas`.
-    """
+    check_thetas(np.abs(angles[:, [0, 2]]) if signed else angles[:, [0, 2]], line, path, in_degrees)
+    phis = angles[:, [1, 3]]
     bad = np.argwhere(np.abs(phis) > LARGEST_AZIMUTH)
     if len(bad):
         row, column = bad[0]
         raise DatasetError(f"an azimuth of {phis[row, column]:g} found, expected at most {LARGEST_AZIMUTH:,.0f}", path,
                            line(row))
+
+
+def check_thetas(thetas: FloatArray, line: Callable[[int], int], path: str | Path, in_degrees: bool = False) -> None:
+    """`check_angles` of polar angles alone, (n, k)."""
+    most, expected = (90 + 5e-4, "90 degrees") if in_degrees else (HORIZON + 1e-5, "pi/2 radians")
+    bad = np.argwhere((thetas < 0) | (thetas > most))
+    if len(bad):
+        row, column = bad[0]
+        raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to {expected}", path, line(row))
 
 
 def floats(text: bytes, tokens: Sequence[bytes]) -> list[float] | None:

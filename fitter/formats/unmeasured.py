@@ -24,19 +24,13 @@ _STRAIGHT = 0.03            # likewise on the way to 0 at 90 degrees; Light Tec'
 _BEFORE, _KINK = np.radians(10), 0.15   # how far before the angle, and by how much, a line must differ from that way: a
                             # surface that itself goes to 0 as the cosine does differs by .05 at most
 _ENDS = np.radians(89.5)    # the value at the horizon itself may be anything
-_CONTINUATIONS = {"straight": "on a straight line to 0 at 90 degrees", "constant": "with the value there again",
-                  "zero": "where all are 0"}
+_CONTINUATIONS = {"zero": "where all are 0", "straight": "on a straight line to 0 at 90 degrees",
+                  "constant": "with the value there again"}     # as they are looked for
 
 
 def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
-    """Samples without those that nobody measured; `notes` say how many, from where on and why.
-
-    Parameters
-    ----------
-    samples : Samples
-        A scan or a table: lines of directions that differ in one polar angle.
-    reading : Reading
-        May keep them.
+    """Samples of a scan or a table, whose lines of directions differ in one polar angle, without those that nobody
+    measured, unless `reading` keeps them; `notes` say how many, from where on and why.
     """
     if reading.keep_unmeasured:
         return samples
@@ -44,7 +38,7 @@ def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
     azimuth = np.mod(samples.phi_o - samples.phi_i, 2 * np.pi)
     for name, along, other in (("theta_o", samples.theta_o, samples.theta_i),
                                ("theta_i", samples.theta_i, samples.theta_o)):
-        lines = _lines(other, azimuth, samples.phi_i if not samples.isotropic else 0 * azimuth)
+        lines = _lines(other, azimuth)
         end = _end(along[kept], lines[kept], samples.values[kept])
         if end is None:
             continue
@@ -56,13 +50,10 @@ def remove_unmeasured(samples: Samples, reading: Reading) -> Samples:
     return samples if not notes else replace(subset(samples, kept), notes=(*samples.notes, *notes))
 
 
-def _lines(*angles: FloatArray) -> IntArray:
-    """A number for each sample: the same for those in which all these angles are the same."""
-    number = np.zeros(len(angles[0]), np.int64)
-    for angle in angles:
-        steps = np.rint(angle / _SAME_ANGLE).astype(np.int64)
-        _, number = np.unique(number * (round(2 * np.pi / _SAME_ANGLE) + 2) + steps, return_inverse=True)
-    return number
+def _lines(theta: FloatArray, azimuth: FloatArray) -> IntArray:
+    """A number for each sample: the same for those in which both angles are the same."""
+    steps, turns = (np.rint(angle / _SAME_ANGLE).astype(np.int64) for angle in (theta, azimuth))
+    return np.asarray(np.unique(steps * (round(2 * np.pi / _SAME_ANGLE) + 2) + turns, return_inverse=True)[1])
 
 
 def _end(theta: FloatArray, lines: IntArray, values: FloatArray) -> tuple[float, str] | None:
@@ -72,8 +63,8 @@ def _end(theta: FloatArray, lines: IntArray, values: FloatArray) -> tuple[float,
     candidates = angles[(angles * _SAME_ANGLE >= _FROM_ANGLE)][:-_FEWEST]
     if not len(candidates) or len(angles) > _MOST_ANGLES:
         return None
-    for rule, follows in (("zero", _is_zero), ("straight", _is_straight), ("constant", _is_constant)):
-        holds = [_nearly_all(lines, steps > step, follows(theta, steps == step, steps > step, lines, values))
+    for rule in _CONTINUATIONS:
+        holds = [_nearly_all(lines, steps > step, _follow(rule, theta, steps == step, steps > step, lines, values))
                  for step in candidates]
         # where it holds from the beginning, that is how the surface is: a Lambertian is constant
         if any(holds) and not holds[0]:
@@ -91,26 +82,22 @@ def _nearly_all(lines: IntArray, beyond: BoolArray, follow: BoolArray) -> bool:
                 and np.count_nonzero(tested & (wrong == 0)) >= _NEARLY_ALL_LINES * np.count_nonzero(tested))
 
 
-def _there(here: BoolArray, lines: IntArray, values: FloatArray) -> FloatArray:
-    """For each sample the values of its line at an angle, not a number where it has none there: (n, channels)."""
-    at = np.full((lines.max() + 1, values.shape[1]), np.nan)
-    at[lines[here]] = values[here]
-    return at[lines]
-
-
-def _is_constant(_theta: FloatArray, here: BoolArray, _beyond: BoolArray, lines: IntArray, values: FloatArray,
-                 ) -> BoolArray:
-    start = _there(here, lines, values)
+def _follow(rule: str, theta: FloatArray, here: BoolArray, beyond: BoolArray, lines: IntArray,
+            values: FloatArray) -> BoolArray:
+    """Whether samples follow, by one of `_CONTINUATIONS`, from the value of their line at the angle that is `here`."""
+    if rule == "straight":
+        return _are_straight(theta, here, beyond, lines, values)
+    start = np.full((lines.max() + 1, values.shape[1]), np.nan)     # where a line has no value there
+    start[lines[here]] = values[here]
+    start = start[lines]
+    if rule == "zero":
+        return np.asarray((values == 0).all(axis=1) & (start != 0).any(axis=1))
     size = np.abs(start).max(axis=1)
     return np.asarray((size > 0) & (np.abs(values - start).max(axis=1) <= _EXACT * size))
 
 
-def _is_zero(_theta: FloatArray, here: BoolArray, _beyond: BoolArray, lines: IntArray, values: FloatArray) -> BoolArray:
-    return np.asarray((values == 0).all(axis=1) & (_there(here, lines, values) != 0).any(axis=1))
-
-
-def _is_straight(theta: FloatArray, here: BoolArray, beyond: BoolArray, lines: IntArray, values: FloatArray,
-                 ) -> BoolArray:
+def _are_straight(theta: FloatArray, here: BoolArray, beyond: BoolArray, lines: IntArray,
+                  values: FloatArray) -> BoolArray:
     if theta.max() < _ENDS:
         return np.zeros(len(theta), dtype=bool)
     rest = np.maximum(HORIZON - theta, _SAME_ANGLE)

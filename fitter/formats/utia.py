@@ -27,7 +27,7 @@ import numpy as np
 from ..arrays import FloatArray, map_directions
 from ..colours import decode_srgb
 from ..errors import DatasetError
-from ..samples import LARGEST_VALUE, RGB, Samples, freeze_new_arrays
+from ..samples import LARGEST_VALUE, RGB, Samples
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
@@ -67,18 +67,11 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
     directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes)
     values = values[distinct]
-    freeze_new_arrays(*directions, values)
     return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],)), reading)
 
 
 def _decode(stored: FloatArray, encoding: str) -> FloatArray:
-    """The BRDF of what is stored, with one of `_NOTES`; of any shape.
-
-    Examples
-    --------
-    >>> [_decode(np.array([0.5, -0.01]), encoding).round(4).tolist() for encoding in _NOTES]
-    [[0.5, -0.01], [0.214, -0.0008], [0.0276, 0.0]]
-    """
+    """The BRDF of what is stored, with one of `_NOTES`; of any shape."""
     if encoding == "raw":
         return stored
     if encoding == "srgb":

@@ -48,7 +48,7 @@ Whether a material of three rotations or more is anisotropic is found from the v
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -56,7 +56,7 @@ import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples, freeze_new_arrays, subset
+from ..samples import HORIZON, RGB, Samples, subset
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
@@ -77,17 +77,10 @@ _LIGHTTOOLS = re.compile(rb"\s*(?:AOI|POI|Side)[ \t]")
 _DATA_END = re.compile(_LINE_START + rb"DataEnd\b[^\r\n]*")
 _TIS = re.compile(_LINE_START + rb"TIS\b([^\r\n]*)")
 _LARGEST = 4 << 20          # bytes; a file of 37 rotations has a million
+_Angles = dict[str, FloatArray]     # by keyword, degrees
 _ONE_ROTATION = "Measured at 1 rotation: taken as isotropic"
 _TOLD = 0.1                 # of the TIS, by which it and the integral differ where a note says so
 _ZEMAX_HORIZON = 1e-9       # cosine below which a direction is on the horizon, but for rounding
-
-
-@dataclass(frozen=True)
-class _Header:
-    """What stands before the tables: the words, and the angles in degrees."""
-
-    words: dict[str, str]
-    angles: dict[str, FloatArray]
 
 
 def recognises(content: bytes) -> bool:
@@ -96,33 +89,26 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a Zemax file. Raises DatasetError if the file is malformed, or of transmitted light.
-
-    Returns
-    -------
-    Samples
-        Monochrome is grey, XYZ becomes linear sRGB.
-    """
-    header = _header(path, content)
-    tables, totals = _tables(path, content, header)
-    expected = 3 if header.words["SpectralContent"] == "XYZ" else 1
+    """Read a Zemax file; XYZ becomes linear sRGB. Raises DatasetError if it is malformed, or of transmitted light."""
+    words, angles = _header(path, content)
+    tables, totals = _tables(path, content, angles)
+    expected = 3 if words["SpectralContent"] == "XYZ" else 1
     if len(tables) != expected:
         raise DatasetError(f"{len(tables)} tables found, expected {expected} for the SpectralContent "
-                           f"{header.words['SpectralContent']}", path)
-    shape = [len(header.angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
+                           f"{words['SpectralContent']}", path)
+    shape = [len(angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
     values = (np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]).reshape(*shape, expected)
-    notes = _totals_note(header, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))      # Y of XYZ
-    measured = _is_measured(values, header.angles["ScatterRadial"] == 0)
-    directions = _directions(header, measured)
+    notes = _totals_note(angles, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))      # Y of XYZ
+    measured = _is_measured(values, angles["ScatterRadial"] == 0)
+    directions = _directions(angles, measured)
     if not measured.any():
         raise DatasetError("no measurement above the horizon: all values are 0", path)
     values = values[measured]
     channels: tuple[str, ...] = ("grey",)
     if expected == 3:
         channels, values = RGB, values @ XYZ_TO_SRGB.T
-    freeze_new_arrays(*directions, values)
     samples = finished(Samples(*directions, values, channels, Path(path).stem, str(path), notes), reading)
-    symmetrical = header.words["Symmetry"].lower().startswith("planesymmetrical")
+    symmetrical = words["Symmetry"].lower().startswith("planesymmetrical")
     if samples.isotropic:
         lacks = not symmetrical and not np.ptp(samples.phi_i)
         return replace(samples, notes=(*samples.notes, _ONE_ROTATION)) if lacks else samples
@@ -143,14 +129,14 @@ def _is_measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
     return measured
 
 
-def _directions(header: _Header, measured: BoolArray) -> Directions:
+def _directions(angles: _Angles, measured: BoolArray) -> Directions:
     """Those of the values that were measured, radians; those below the horizon no longer count as measured."""
-    theta, azimuth, radial = np.meshgrid(*(np.radians(header.angles[name]) for name in _TABLE_KEYS), indexing="ij",
+    theta, azimuth, radial = np.meshgrid(*(np.radians(angles[name]) for name in _TABLE_KEYS), indexing="ij",
                                          sparse=True)
     z = np.cos(theta) * np.cos(radial) + np.sin(theta) * (np.sin(radial) * np.cos(azimuth))
     measured &= z > _ZEMAX_HORIZON
     x = np.cos(theta) * (np.sin(radial) * np.cos(azimuth)) - np.sin(theta) * np.cos(radial)
-    rotation = _TURNS * np.radians(header.angles["SampleRotation"])
+    rotation = _TURNS * np.radians(angles["SampleRotation"])
     phi = rotation if len(rotation) > 1 else np.zeros(1)
     x, y, z, theta, phi = (np.broadcast_to(array, measured.shape)[measured] for array in (
         x, np.sin(radial) * np.sin(azimuth), z, np.minimum(theta, HORIZON), phi[:, None, None, None]))
@@ -167,16 +153,11 @@ def _both_sides(samples: Samples) -> Samples:
     return replace(both, phi_o=phi_o, notes=(*samples.notes, note))
 
 
-def _totals_note(header: _Header, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
-    """A note where the TIS of the file and the integral of its values differ, of the incidence that differs most.
-
-    Parameters
-    ----------
-    values : (rotation, incidence, azimuth, radial) float64
-    totals : (rotation, incidence) float64
-        Not a number where the file does not say it.
+def _totals_note(angles: _Angles, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
+    """A note where the TIS of the file, `totals`, (rotation, incidence), and the integral of its values, (rotation,
+    incidence, azimuth, radial), differ, of the incidence that differs most. Totals that it does not say are no numbers.
     """
-    theta_i, azimuth, radial = (np.radians(header.angles[name]) for name in _TABLE_KEYS)
+    theta_i, azimuth, radial = (np.radians(angles[name]) for name in _TABLE_KEYS)
     if (np.diff(azimuth) <= 0).any() or (np.diff(radial) <= 0).any():
         return ()
     weight = np.stack([weights(azimuth, radial, theta) for theta in theta_i])
@@ -191,8 +172,8 @@ def _totals_note(header: _Header, values: FloatArray, totals: FloatArray) -> tup
             f"{np.count_nonzero(apart > _TOLD):,} of {apart.size:,} differ by more than a tenth",)
 
 
-def _header(path: str | Path, content: bytes) -> _Header:
-    """Read what stands before the tables, and refuse what is not a BRDF."""
+def _header(path: str | Path, content: bytes) -> tuple[dict[str, str], _Angles]:
+    """Read what stands before the tables, words and angles by keyword, and refuse what is not a BRDF."""
     begin = _BEGIN.search(content)
     if begin is None:
         raise DatasetError("no line DataBegin", path)
@@ -200,7 +181,7 @@ def _header(path: str | Path, content: bytes) -> _Header:
         raise DatasetError("a BSDF of LightTools, which is not read; export it as Zemax .bsdf, or write its "
                            "reflectance as a table with column names", path, line_number(content, begin.start()))
     words: dict[str, str] = {}
-    angles: dict[str, FloatArray] = {}
+    angles: _Angles = {}
     for line in _ZEMAX_KEYWORD.finditer(content, 0, begin.start()):
         keyword = decode(line[1])
         if keyword in words or keyword in angles:
@@ -213,7 +194,7 @@ def _header(path: str | Path, content: bytes) -> _Header:
     if missing:
         raise DatasetError(f"no line {', '.join(missing)} before DataBegin", path)
     _check_words(words, path)
-    return _Header(words, angles)
+    return words, angles
 
 
 def _angles(path: str | Path, content: bytes, line: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
@@ -242,26 +223,24 @@ def _check_words(words: dict[str, str], path: str | Path) -> None:
         raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ", path)
 
 
-def _tables(path: str | Path, content: bytes, header: _Header) -> tuple[list[FloatArray], list[FloatArray]]:
+def _tables(path: str | Path, content: bytes, angles: _Angles) -> tuple[list[FloatArray], list[FloatArray]]:
     """The values of each channel, (rotation x incidence, azimuth, radial) each, and their TIS, (rotation x incidence).
     """
     tables, totals = [], []
-    begin = _BEGIN.search(content)
-    while begin is not None:
+    for begin in islice(_BEGIN.finditer(content), 4):
         end = _DATA_END.search(content, begin.end())
         if end is None:
             raise DatasetError("no line DataEnd after DataBegin", path, line_number(content, begin.start()))
-        values, said = _table(path, content, begin.end(), end.start(), header)
+        values, said = _table(path, content, begin.end(), end.start(), angles)
         tables.append(values)
         totals.append(said)
-        begin = _BEGIN.search(content, end.end()) if len(tables) < 4 else None
     return tables, totals
 
 
-def _table(path: str | Path, content: bytes, start: int, end: int, header: _Header) -> tuple[FloatArray, FloatArray]:
+def _table(path: str | Path, content: bytes, start: int, end: int, angles: _Angles) -> tuple[FloatArray, FloatArray]:
     """The values between DataBegin and DataEnd, and their TIS."""
-    incidences, azimuths, radials = (header.angles[name] for name in _TABLE_KEYS)
-    most = len(header.angles["SampleRotation"]) * len(incidences)
+    incidences, azimuths, radials = (angles[name] for name in _TABLE_KEYS)
+    most = len(angles["SampleRotation"]) * len(incidences)
     totals = [*islice(_TIS.finditer(content, start, end), most + 1)]
     if len(totals) != most:
         shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"

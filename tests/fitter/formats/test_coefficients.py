@@ -28,7 +28,7 @@ def test_a_row_is_a_material(path):
     assert (first.name, first.subsurface.index) == ("My marble", 1.5)
     assert second.subsurface.albedo.tolist() == [1, 1, 1]
     assert fitter.load(path, "my marble").name == "My marble"
-    with pytest.raises(SampleUnknownError, match="no sample '3', expected a number from 1 to 2"):
+    with pytest.raises(SampleUnknownError, match="no sample 3, expected a number from 1 to 2"):
         fitter.load(path, 3)
 
 

@@ -11,16 +11,17 @@ from support import tensor_files
 ANGLES = np.radians(np.stack(np.meshgrid([10, 30, 50], [0], [0, 20, 40, 60], [0, 90, 180]))).reshape(4, -1)
 
 
+def as_text(path, values, names, angles):
+    rows = np.column_stack([*angles, values])
+    path.write_text(f"{names},R,G,B\n" + "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in rows))
+
+
 def as_table(path, values):
-    rows = np.column_stack([*np.degrees(ANGLES), values])
-    path.write_text("theta_i[deg],phi_i[deg],theta_o[deg],phi_o[deg],R,G,B\n"
-                    + "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in rows))
+    as_text(path, values, "theta_i[deg],phi_i[deg],theta_o[deg],phi_o[deg]", np.degrees(ANGLES))
 
 
 def as_astm(path, values):
-    rows = np.column_stack([*ANGLES, values])
-    path.write_text("VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n"
-                    + "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in rows))
+    as_text(path, values, "VARS theta_i,phi_i,theta_s,phi_s", ANGLES)
 
 
 def as_saved(path, values):

@@ -241,10 +241,8 @@ def test_a_tape_that_returns_light_to_one_side_is_told(tmp_path, returned, told)
     away = (theta_o - theta_i) ** 2 + (turn - np.radians(20)) ** 2
     values = 0.1 + 20 * np.exp(-away / 0.02)
     values *= 1 + 0.1 * np.random.default_rng(1).standard_normal(len(values))
-    path = tmp_path / "tape.csv"
-    path.write_text("theta_i,phi_i,theta_o,phi_o,grey\n" + "".join(
-        ",".join(f"{number:.6f}" for number in (*np.degrees(row[:4]), row[4])) + "\n"
-        for row in zip(theta_i, phi_i, theta_o, phi_o, values, strict=True)))
+    path = written(tmp_path / "tape.csv", (theta_i, phi_i, theta_o, phi_o), values,
+                   names="theta_i,phi_i,theta_o,phi_o,grey")
     samples = fitter.load(path, angles="degrees", quantity="brdf")
     assert samples.isotropic
     assert (isotropy.ONE_SIDED in samples.notes) == told

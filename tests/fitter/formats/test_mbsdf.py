@@ -9,18 +9,14 @@ import fitter
 from fitter import DatasetError
 from support.mbsdf_files import START, made
 
-
-def load(tmp_path, content, name="paint.mbsdf"):
-    path = tmp_path / name
-    path.write_bytes(content)
-    return fitter.load(path)
+FILE = "paint.mbsdf"
 
 
 @pytest.mark.parametrize("block", [b"MBSDF_DATA_REFLECTION=\n", b"MBSDF_DATA=\n"])
 @pytest.mark.parametrize("channels", [1, 3])
-def test_directions_and_values(tmp_path, block, channels):
+def test_directions_and_values(load, block, channels):
     """3 x 3 x 5 cells: theta 0, 30, 60 degrees, phi 0, 45 ... 180; at the normal, phi means nothing."""
-    samples = load(tmp_path, made((3, 3, 5, channels), block))
+    samples = load(made((3, 3, 5, channels), block))
     assert (samples.channels, samples.name) == ((("R", "G", "B") if channels == 3 else ("grey",)), "paint")
     table = np.arange(45 * channels).reshape(3, 3, 5, channels)
     expected = {}
@@ -35,9 +31,9 @@ def test_directions_and_values(tmp_path, block, channels):
         np.testing.assert_allclose(value, expected[place], rtol=1e-6)
 
 
-def test_transmission_after_reflection_is_left_alone(tmp_path):
+def test_transmission_after_reflection_is_left_alone(load):
     both = made() + b"MBSDF_DATA_TRANSMISSION=\n" + struct.pack("<3I", 0, 2, 2) + bytes(32)
-    np.testing.assert_array_equal(load(tmp_path, both).values, load(tmp_path, made()).values)
+    np.testing.assert_array_equal(load(both).values, load(made()).values)
 
 
 def test_the_car_paint_of_the_sdk(goniometer):
@@ -64,6 +60,6 @@ def test_the_car_paint_of_the_sdk(goniometer):
     (made().replace(struct.pack("<3I", 1, 3, 5), struct.pack("<3I", 1, 2**32 - 1, 2**32 - 1)), "540 bytes of values"),
     (made(values=np.full(135, np.nan)), "not finite"),
 ])
-def test_a_damaged_file_is_refused(tmp_path, content, expected):
+def test_a_damaged_file_is_refused(load, content, expected):
     with pytest.raises(DatasetError, match=r"bad\.mbsdf: .*" + expected):
-        load(tmp_path, content, "bad.mbsdf")
+        load(content, "bad.mbsdf")

@@ -8,20 +8,15 @@ import pytest
 import fitter
 from fitter import DatasetError, cli
 from support import merl_files
+from support.anisotropic_instruments import unit
 
+FILE = "gold-paint.binary"
 RIGHT = np.pi / 2
-
-
-def load(tmp_path, content, name="gold-paint.binary"):
-    path = tmp_path / name
-    path.write_bytes(content)
-    return fitter.load(path)
 
 
 def half_and_difference(samples):
     """theta_h, theta_d and phi_d of directions, by vectors."""
-    wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
-              for theta, phi in ((samples.theta_i, samples.phi_i), (samples.theta_o, samples.phi_o)))
+    wi, wo = unit(samples.theta_i, samples.phi_i).T, unit(samples.theta_o, samples.phi_o).T
     half = (wi + wo) / np.linalg.norm(wi + wo, axis=1, keepdims=True)
     # the frame of the half vector: y is horizontal, x is away from the normal and down
     y = np.cross([0.0, 0.0, 1.0], half)
@@ -42,10 +37,10 @@ def cosines(size):
     return up - down, up + down
 
 
-def test_cells_worked_out_by_hand(tmp_path):
+def test_cells_worked_out_by_hand(load):
     """2 x 2 x 4 cells: theta_h 0 or 22.5, theta_d 0 or 45, phi_d 0, 45, 90 or 135 degrees."""
     values = np.arange(48).reshape(2, 2, 4, 3) + 1.0
-    samples = load(tmp_path, merl_files.pack(values))
+    samples = load(merl_files.pack(values))
     np.testing.assert_allclose(samples.values, values.reshape(16, 3), rtol=1e-12)
     theta_i, phi_i, theta_o, phi_o = (np.degrees(angle).reshape(2, 2, 4) for angle in samples.directions)
     np.testing.assert_allclose([theta_i[0, 0], theta_o[0, 0]], 0, atol=1e-9)
@@ -60,10 +55,10 @@ def test_cells_worked_out_by_hand(tmp_path):
     np.testing.assert_allclose([theta_i[1, 1, 2], theta_o[1, 1, 2]], across)
 
 
-def test_scales_and_order_of_the_numbers(tmp_path):
+def test_scales_and_order_of_the_numbers(load):
     """All red, then all green, then all blue; phi_d changes fastest, theta_h slowest and by the square."""
     planes = np.arange(3 * 4 * 4 * 8, dtype=float)
-    samples = load(tmp_path, struct.pack("<3i", 4, 4, 8) + planes.astype("<f8").tobytes())
+    samples = load(struct.pack("<3i", 4, 4, 8) + planes.astype("<f8").tobytes())
     theta_h, theta_d, phi_d = half_and_difference(samples)
     i, j = np.round(4 * np.sqrt(theta_h / RIGHT)).astype(int), np.round(4 * theta_d / RIGHT).astype(int)
     k = np.round(8 * phi_d / np.pi).astype(int)
@@ -74,28 +69,28 @@ def test_scales_and_order_of_the_numbers(tmp_path):
     np.testing.assert_allclose(samples.values, expected, rtol=1e-12, atol=1e-12)
 
 
-def test_what_was_not_measured_is_left_out(tmp_path):
+def test_what_was_not_measured_is_left_out(load):
     values = np.ones((3, 3, 6, 3))
-    everything = load(tmp_path, merl_files.pack(values))
+    everything = load(merl_files.pack(values))
     values[1, 1, 2, 1] = -1e-9
     values[0, 2, 5] = -1
     values[0, 0, 0] = 0
-    samples = load(tmp_path, merl_files.pack(values))
+    samples = load(merl_files.pack(values))
     assert len(samples) == len(everything) - 2
     assert (samples.values >= 0).all()
     assert not samples.values[0].any()                  # zero was measured
 
 
-def test_cells_below_the_horizon_are_left_out(tmp_path):
-    samples = load(tmp_path, merl_files.pack(np.ones((9, 9, 18, 3))))
+def test_cells_below_the_horizon_are_left_out(load):
+    samples = load(merl_files.pack(np.ones((9, 9, 18, 3))))
     assert len(samples) == np.count_nonzero(np.minimum(*cosines(9)) > 1e-12)
     assert max(samples.theta_i.max(), samples.theta_o.max()) < RIGHT
 
 
 @pytest.mark.parametrize("kind", ["<f4", "<f2"])
-def test_other_types_of_numbers(tmp_path, kind):
+def test_other_types_of_numbers(load, kind):
     values = merl_files.random_cells(3, 5)
-    expected, found = load(tmp_path, merl_files.pack(values)), load(tmp_path, merl_files.pack(values, kind))
+    expected, found = load(merl_files.pack(values)), load(merl_files.pack(values, kind))
     np.testing.assert_array_equal(found.directions, expected.directions)
     np.testing.assert_allclose(found.values, expected.values, rtol=1e-6 if kind == "<f4" else 1e-3)
 
@@ -109,7 +104,7 @@ def net():
 
 
 @pytest.mark.parametrize("cells", [90, 45])
-def test_samples_are_the_nets_in_their_directions(tmp_path, net, cells):
+def test_samples_are_the_nets_in_their_directions(load, net, cells):
     """The convention of cells: at centres, or with theta_h linear, the net gives other values."""
     weights = np.load(net.NETS)
     weights = weights["weights"][list(weights["names"]).index("alum-bronze")].astype(float)
@@ -117,7 +112,7 @@ def test_samples_are_the_nets_in_their_directions(tmp_path, net, cells):
         (np.arange(cells) / cells) ** 2 * RIGHT, np.arange(cells) / cells * RIGHT, np.arange(2 * cells) / cells * RIGHT,
         indexing="ij"))
     values = net.evaluate(weights, theta_h, theta_d, phi_d).reshape(cells, cells, 2 * cells, 3)
-    samples = load(tmp_path, merl_files.pack(values))
+    samples = load(merl_files.pack(values))
     some = np.random.default_rng(3).choice(len(samples), 5000, replace=False)
     some = fitter.samples.subset(samples, some)
     theta_h, theta_d, phi_d = half_and_difference(some)
@@ -148,15 +143,15 @@ def test_a_file_of_the_tool_is_read_whole(tmp_path, net, monkeypatch):
     (merl_files.pack(np.full((2, 2, 4, 3), np.nan)), "not finite"),
     (merl_files.pack(np.full((2, 2, 4, 3), 1e40)), "a value of 1e"),
 ])
-def test_a_damaged_file_is_refused(tmp_path, content, expected):
+def test_a_damaged_file_is_refused(load, content, expected):
     with pytest.raises(DatasetError, match=r"broken\.binary: .*" + expected):
-        load(tmp_path, content, "broken.binary")
+        load(content, "broken.binary")
 
 
 @pytest.mark.parametrize("cells", [(90, 90, 360), (91, 91, 182), (1, 1, 2), (90, 90, -180)])
-def test_other_headers_are_no_merl_files(tmp_path, cells):
+def test_other_headers_are_no_merl_files(load, cells):
     with pytest.raises(DatasetError, match="binary"):
-        load(tmp_path, struct.pack("<3i", *cells) + bytes(96))
+        load(struct.pack("<3i", *cells) + bytes(96))
 
 
 @pytest.mark.parametrize(("cells", "kind"), [((90, 90, 360), "<f8"), ((6, 6, 24), "<f4"), ((6, 8, 12), "<f8")])

@@ -43,11 +43,6 @@ def test_a_cosine_that_is_asked_for_is_divided_out(load, head, quantity, column)
     assert samples.notes[1:] == (f"Divided by the cosine of theta_{'o' if column else 'i'}, as asked",)
 
 
-@KINDS
-def test_what_is_asked_for_is_what_a_file_may_say_itself(load, head):
-    np.testing.assert_array_equal(load(head, angles="radians", quantity="brdf").values[:, 0], ROWS[:, 4])
-
-
 def test_options_win_over_the_file_and_the_notes_say_so(load):
     head = TABLE.replace("theta_i", "theta_i[rad]").replace("BRDF", "BRDF*cos_o")
     plain = load(head)
@@ -107,13 +102,6 @@ def test_formats_that_define_their_units_ignore_the_options(tmp_path, name):
     follows = "quantity" in known.options
     assert np.array_equal(plain.values, asked.values) != follows
     assert ("Divided by the cosine of theta_i, as asked" in " ".join(asked.notes)) == follows
-
-
-def test_options_without_effect_change_no_sample(data):
-    path = data / "curet" / "abrdf.dat"
-    samples = fitter.load(path, "felt", angles="degrees", quantity="brdf_cos", illuminant="A", colours="ACEScg")
-    assert np.array_equal(samples.values, fitter.load(path, 1).values)
-    assert formats.list_samples(path)[0] == (1, "felt")
 
 
 def test_a_file_is_read_once(load, monkeypatch):

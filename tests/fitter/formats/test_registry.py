@@ -1,77 +1,30 @@
 """What every file format must do. A format that is entered in FORMATS is tested here, once it has an example below."""
 
-import io
-import tempfile
+import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 import fitter
 from fitter import DatasetError, formats
-from fitter.formats import FORMATS, saved_samples
+from fitter.formats import FORMATS
 from fitter.formats.text import plain_text
-from support import anisotropic_instruments as instruments
-from support import mbsdf_files, merl_files, speos_files, tensor_files, utia_files, zemax_files
+from support import speos_files
+from tools import fuzz
 
-ANGLES = [(0.2, 0.0, 0.3, 3.1), (0.9, 0.0, 0.4, -2.0), (1.2, 0.0, 1.1, 0.5)]
-WAVELENGTHS = np.arange(400, 701, 50)
-
-
-def astm():
-    rows = "".join(f"{i},{pi},{o},{po},0.1,0.2,0.3\n" for i, pi, o, po in ANGLES)
-    return f"SAMPLE_NAME Made\nNUM_POINTS 3\nVARS theta_i,phi_i,theta_s,phi_s,R,G,B\n{rows}".encode()
-
-
-def pbrt():
-    rows = "".join(f"{i} {pi} {o} {po} {' 0.2' * len(WAVELENGTHS)}\n" for i, pi, o, po in ANGLES)
-    return f"{len(WAVELENGTHS)}  # made\n{' '.join(map(str, WAVELENGTHS))}\n{rows}".encode()
-
-
-def curet():
-    return "".join(f"{number} {' 0.125' * 205}\n" for number in (1, 5, 61)).encode()
-
-
-def paint():
-    theta_i, phi_i, theta_o, phi_o = np.transpose(ANGLES)
-    incident, outgoing = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
-                          for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
-    stream = io.BytesIO()
-    savemat(stream, {"dir_in": incident, "dir_out": outgoing, "fr": np.full((3, len(WAVELENGTHS)), 0.2),
-                     "wavelength": WAVELENGTHS.astype(float)}, do_compression=True)
-    return stream.getvalue()
-
-
-def table():
-    rows = "".join(f"{i};{o};{po - pi};0,1;0,2;0,3\n" for i, pi, o, po in ANGLES)
-    return f"# made\ntheta_i[rad];theta_o[rad];phi[rad];R;G;B\n{rows}".encode()
-
-
-def saved():
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "saved.npz"
-        saved_samples.write(fitter.Samples(*np.transpose(ANGLES), np.full((3, 3), 0.2), ("R", "G", "B")), path)
-        return path.read_bytes()
-
-
-def fred():
-    rows = "".join(f"{i} 0\n{o} {po} 0.2\n" for i, _, o, po in np.degrees(ANGLES))
-    return f"type bsdf_data\nformat angles=deg bsdf=value scale=1\n{rows}".encode()
-
-
+MADE = fuzz.seeds()
 # by `Format.files`; a format without an example fails the first test
-EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
-            "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material()),
-            "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1)),
-            "table with column names (.csv, .tsv, .txt)": table(),
-            "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode(),
-            "FRED's text (.txt)": fred(), "Speos .anisotropicbsdf": speos_files.made().encode(),
-            "UTIA .bin": utia_files.pack(utia_files.values_of(instruments.ggx())),
-            "translucent materials .csv": b"name,albedo,path\nWax,.8 .5 .2,2\nSoap,.6,1\n",
-            "samples saved by Measured BRDF (.npz)": saved()}
+EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": MADE["astm, made"], "pbrt-v2 .brdf": MADE["pbrt, made"],
+            "CURET abrdf.dat": MADE["curet, made"], "Cornell paint.reformat.mat": MADE["matlab, deflated"],
+            "RGL .bsdf": MADE["rgl, made"], "MERL .binary": MADE["merl, made"],
+            "table with column names (.csv, .tsv, .txt)": MADE["table, made"], "NVIDIA .mbsdf": MADE["mbsdf, made"],
+            "Zemax .bsdf": MADE["zemax, made"], "Speos .anisotropicbsdf": speos_files.made().encode(),
+            "FRED's text (.txt)": b"type bsdf_data\nformat angles=deg bsdf=value\n11 0\n17 178 .2\n52 0\n23 90 .3\n",
+            "UTIA .bin": MADE["utia, made"], "translucent materials .csv": MADE["translucent, made"],
+            "samples saved by Measured BRDF (.npz)": MADE["samples, saved"]}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
 
 
@@ -112,9 +65,7 @@ def test_every_format_has_an_example_and_a_name_of_its_own():
 def test_extensions_are_lower_case_and_begin_with_a_dot(known):
     assert known.extensions
     for extension in known.extensions:
-        assert extension.startswith(".")
-        assert len(extension) > 1
-        assert extension == extension.lower()
+        assert re.fullmatch(r"\.[a-z0-9]+", extension)
         assert extension in formats.EXTENSIONS
 
 
@@ -164,14 +115,9 @@ def test_arbitrary_bytes_are_read_or_refused(known, path, random):
         read_or_refuse(path, content[:place] + noise + content[place + len(noise):])
 
 
-@pytest.mark.parametrize("content", [b"", b"\n \t\r\n", b"\0", b"\xef\xbb\xbf", b"#", b"-", b"VARS"])
-def test_a_file_without_measurements_is_refused(path, content):
-    assert not read_or_refuse(path, content)
-
-
 def test_what_numpy_warns_of_while_a_file_is_read_reaches_nobody(tmp_path, monkeypatch):
     """Of damaged RGL files it did; what comes of it is refused where it is no number."""
-    (tmp_path / "a.astm").write_bytes(astm())
+    (tmp_path / "a.astm").write_bytes(MADE["astm, made"])
     known = next(each for each in FORMATS if ".astm" in each.extensions)
 
     def read(*given, **options):
@@ -181,4 +127,4 @@ def test_what_numpy_warns_of_while_a_file_is_read_reaches_nobody(tmp_path, monke
     monkeypatch.setattr(formats, "FORMATS", (replace(known, read=read),))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert len(fitter.load(tmp_path / "a.astm")) == 3
+        assert len(fitter.load(tmp_path / "a.astm")) == 40

@@ -7,6 +7,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
+from support.anisotropic_instruments import unit
 
 FOLDER = checkout.measurements() / "rgl"
 GOLDEN = sorted(path for path in FOLDER.glob("*_rgb.bsdf") if "aniso" not in path.name)
@@ -17,12 +18,6 @@ ROUNDING = 1.2e-7       # radians: the authors' reader computes in single precis
 
 def table_of(path):
     return rgl.read_table(path, path.read_bytes())
-
-
-def written(tmp_path, arrays, name="made.bsdf"):
-    path = tmp_path / name
-    path.write_bytes(tensor_files.pack(arrays))
-    return path
 
 
 def directions(count, random):
@@ -107,11 +102,10 @@ def test_their_names_and_numbers_are_the_files():
     assert (table_of(FOLDER / "chm_mint_rgb.bsdf").nodes()[-1] < 0).mean() == pytest.approx(0.217, abs=0.001)
 
 
-def test_a_table_in_closed_form_is_evaluated_exactly(tmp_path, random):
-    path = written(tmp_path, tensor_files.material())
+def test_a_table_in_closed_form_is_evaluated_exactly(written, random):
+    path = written(tensor_files.material())
     theta_i, phi_i, theta_o, phi_o = directions(500, random)
-    wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-              for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+    wi, wo = unit(theta_i, phi_i), unit(theta_o, phi_o)
     half = (wi + wo) / np.linalg.norm(wi + wo, axis=0)
     x = np.sqrt(2 / np.pi * np.arccos(half[2]))
     y = (np.arctan2(half[1], half[0]) - phi_i + np.pi) / (2 * np.pi) % 1
@@ -121,9 +115,9 @@ def test_a_table_in_closed_form_is_evaluated_exactly(tmp_path, random):
     np.testing.assert_allclose(table_of(path).evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-6)
 
 
-def test_samples_of_a_table_in_closed_form(tmp_path):
+def test_samples_of_a_table_in_closed_form(written):
     """Of the 3 x 4 half vectors of a slice, the normal is one direction; those that mirror below the horizon go."""
-    path = written(tmp_path, tensor_files.material())
+    path = written(tensor_files.material())
     samples = fitter.load(path)
     assert samples.name == "Made of lead"
     nodes = len(table_of(path).nodes()[0])
@@ -133,8 +127,7 @@ def test_samples_of_a_table_in_closed_form(tmp_path):
         for x in (1 / 3, 2 / 3, 1):
             for y in (0, 1 / 3, 2 / 3):
                 theta, phi = x * x * np.pi / 2, (2 * y - 1) * np.pi
-                half = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-                wi = np.array([np.sin(angle), 0, np.cos(angle)])
+                half, wi = unit(theta, phi), unit(angle, 0)
                 wo = 2 * (half @ wi) * half - wi
                 if wo[2] > 0:
                     expected.append((np.arccos(wo[2]), np.arctan2(wo[1], wo[0]), 0.5 + 0.25 * x + 0.125 * y))
@@ -147,53 +140,55 @@ def test_samples_of_a_table_in_closed_form(tmp_path):
         np.testing.assert_allclose(samples.values[here][order, 1], (1 + angle) / 2 / np.cos(theta_o), rtol=1e-5)
 
 
-def test_the_grid_is_fine_where_the_density_is_high(tmp_path):
+def test_the_grid_is_fine_where_the_density_is_high(written):
     """A density of 4 x^3, sampled in 60 cells: half of the grid's columns are beyond x = (1/2)^(1/4)."""
     arrays = tensor_files.material(size=3)
     arrays["vndf"] = np.broadcast_to(np.linspace(0, 1, 61) ** 3, (1, 3, 5, 61)).astype("<f4")
-    table = table_of(written(tmp_path, arrays))
+    table = table_of(written(arrays))
     u_x, u_y = rgl.rgl_warp.from_grid(table.warp, 1, np.array([0, 0.5, 1]), np.array([0, 0.5]))
     np.testing.assert_allclose(u_x, [[0, 0.5 ** 0.25, 1]] * 2, atol=2e-4)
     np.testing.assert_allclose(u_y, [0, 0.5], atol=1e-6)
 
 
-def test_to_the_grid_and_back(tmp_path, random):
-    table = table_of(written(tmp_path, tensor_files.material(seed=3)))
+def test_to_the_grid_and_back(written, random):
+    table = table_of(written(tensor_files.material(seed=3)))
     s_x, s_y = random.random(7), random.random(6)
     u_x, u_y = rgl.rgl_warp.from_grid(table.warp, 2, s_x, s_y)
     back = rgl.rgl_warp.to_grid(table.warp, [(np.full(u_x.size, 2), 1.0)], u_x.ravel(), np.repeat(u_y, 7))
     np.testing.assert_allclose(back, [np.tile(s_x, 6), np.repeat(s_y, 7)], atol=1e-9)
 
 
-def test_without_a_jacobian_the_table_is_f_cos(tmp_path, random):
+def test_without_a_jacobian_the_table_is_f_cos(written, random):
     arrays = tensor_files.material() | {"jacobian": np.zeros(1, "u1")}
     theta_i, phi_i, theta_o, phi_o = directions(20, random)
-    values = table_of(written(tmp_path, arrays)).evaluate(theta_i, phi_i, theta_o, phi_o)
+    values = table_of(written(arrays)).evaluate(theta_i, phi_i, theta_o, phi_o)
     np.testing.assert_allclose(values[:, 2], 0.75 / np.cos(theta_o), rtol=1e-6)
 
 
-def test_below_the_horizon_it_is_zero(tmp_path):
-    table = table_of(written(tmp_path, tensor_files.material()))
+def test_below_the_horizon_it_is_zero(written):
+    table = table_of(written(tensor_files.material()))
     assert not table.evaluate([0.3, 1.6, 0.3], 0, [1.6, 0.3, np.pi / 2], 1).any()
 
 
-def test_flat_spectra_are_grey(tmp_path):
-    arrays = tensor_files.spectral(tensor_files.material(), np.linspace(358, 1002, 195))
-    samples = fitter.load(written(tmp_path, arrays))
-    rgb = fitter.load(written(tmp_path, tensor_files.material(), "rgb.bsdf"))
-    np.testing.assert_allclose(samples.values, np.repeat(rgb.values[:, 1:2], 3, axis=1), rtol=1e-6)
+def test_wavelengths_may_be_in_any_order(written, random):
+    arrays = tensor_files.spectral(tensor_files.material(), np.linspace(400, 700, 31))
+    arrays["spectra"] = arrays["spectra"] * np.linspace(0.2, 1, 31, dtype="<f4")[:, None, None]
+    order = random.permutation(31)
+    other = arrays | {"wavelengths": arrays["wavelengths"][order], "spectra": arrays["spectra"][:, :, order]}
+    expected, found = (fitter.load(written(some)).values for some in (arrays, other))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-def test_negative_values_are_kept(tmp_path):
+def test_negative_values_are_kept(written):
     arrays = tensor_files.material()
     """Of two channels: a file without a value above 0 is refused."""
     arrays = arrays | {"rgb": arrays["rgb"] * np.float32([-1, -1, 1])[:, None, None]}
-    assert (fitter.load(written(tmp_path, arrays)).values * (-1, -1, 1) > 0).all()
+    assert (fitter.load(written(arrays)).values * (-1, -1, 1) > 0).all()
 
 
-def test_a_name_that_cannot_be_shown_is_the_files(tmp_path):
+def test_a_name_that_cannot_be_shown_is_the_files(written):
     arrays = tensor_files.material() | {"description": np.frombuffer(b"\1\2", "u1")}
-    assert fitter.load(written(tmp_path, arrays, "gold leaf.bsdf")).name == "gold leaf"
+    assert fitter.load(written(arrays, "gold leaf.bsdf")).name == "gold leaf"
 
 
 @pytest.mark.parametrize(("change", "expected"), [
@@ -214,21 +209,21 @@ def test_a_name_that_cannot_be_shown_is_the_files(tmp_path):
     ({"rgb": np.ones((1, 3, 3, 0, 0), "f4")}, "rgb has the shape"),
     ({"phi_i": np.zeros(5, "f4")}, r"vndf has the shape \(1, 3, 5, 6\), expected \(5, 3, 2 or more"),
 ])
-def test_a_malformed_file_is_refused(tmp_path, change, expected):
+def test_a_malformed_file_is_refused(written, change, expected):
     arrays = {name: array for name, array in (tensor_files.material() | change).items() if array is not None}
     with pytest.raises(DatasetError, match=r"made\.bsdf: .*" + expected):
-        fitter.load(written(tmp_path, arrays))
+        fitter.load(written(arrays))
 
 
-def test_two_different_azimuths_are_anisotropic(tmp_path):
+def test_two_different_azimuths_are_anisotropic(written):
     arrays = tensor_files.material()
     arrays["phi_i"] = np.array([0, 1], "f4")
     for name in ("vndf", "luminance", "rgb"):
         arrays[name] = np.repeat(arrays[name], 2, axis=0)
-    assert len(fitter.load(written(tmp_path, arrays))) == len(fitter.load(written(tmp_path, tensor_files.material())))
+    assert len(fitter.load(written(arrays))) == len(fitter.load(written(tensor_files.material())))
     arrays["rgb"][1] += 1
     with pytest.raises(DatasetError, match="anisotropic material"):
-        fitter.load(written(tmp_path, arrays))
+        fitter.load(written(arrays))
 
 
 @pytest.mark.parametrize(("place", "number", "expected"), [

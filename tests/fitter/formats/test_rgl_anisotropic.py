@@ -14,6 +14,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
+from support.anisotropic_instruments import unit
 
 FILE = checkout.measurements() / "rgl" / "synthetic_aniso_rgb.bsdf"
 real = pytest.mark.skipif(not FILE.is_file(), reason=f"{FILE} is absent")
@@ -22,12 +23,6 @@ AZIMUTHS = np.radians(np.arange(-180, 181, 30))
 
 def read(path):
     return rgl.read_table(path, path.read_bytes())
-
-
-def written(tmp_path, arrays, name="made.bsdf"):
-    path = tmp_path / name
-    path.write_bytes(tensor_files.pack(arrays))
-    return path
 
 
 def part(arrays, count):
@@ -117,26 +112,25 @@ def test_only_the_nodes_whose_half_vectors_mirror_above_the_horizon_are_samples(
     here = np.flatnonzero((theta_i == table.theta_i[column]) & (phi_i == table.phi_i[row]))
     density, size, found = table.warp.density[index], table.values.shape[1], []
     angle, turn = table.theta_i[column], table.phi_i[row]
-    wi = np.array([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)])
+    wi = unit(angle, turn)
     for j in range(size - 1):
         y = _where([_area(line) for line in density], j / (size - 1))
         line = [_at(values_at, y) for values_at in density.T]
         for i in range(0 if j == 0 else 1, size):
             x = _where(line, i / (size - 1)) if i else 0.0
             theta, phi = x * x * np.pi / 2, (2 * y - 1) * np.pi
-            half = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+            half = unit(theta, phi)
             wo = 2 * (half @ wi) * half - wi
             if wo[2] > 1e-6:
                 found.append(wo)
     assert len(found) == len(here)
-    out = np.stack([np.sin(theta_o) * np.cos(phi_o), np.sin(theta_o) * np.sin(phi_o), np.cos(theta_o)], axis=1)[here]
-    np.testing.assert_allclose(out, found, atol=1e-6)
+    np.testing.assert_allclose(unit(theta_o, phi_o).T[here], found, atol=1e-6)
     assert values.shape == (len(theta_i), 3)
 
 
 @real
-def test_half_a_turn_stands_for_a_whole_one(tmp_path, golden):
-    path = written(tmp_path, part(rgl.tensor_file.read(FILE.read_bytes(), FILE), 9))
+def test_half_a_turn_stands_for_a_whole_one(written, golden):
+    path = written(part(rgl.tensor_file.read(FILE.read_bytes(), FILE), 9))
     table, whole = read(path), read(FILE)
     theta_i, phi_i, theta_o, phi_o = golden[0]
     turned = np.where(phi_i > 0, np.pi, 0)
@@ -157,29 +151,28 @@ def mirrored(seed=3, count=5, first=-180, last=-90):
     return arrays | {"sigma": np.ones_like(arrays["sigma"])}
 
 
-def test_a_quarter_of_a_turn_is_mirrored(tmp_path, random):
+def test_a_quarter_of_a_turn_is_mirrored(written, random):
     """In the planes of its first and of its last azimuth: all four images have one value."""
-    table = read(written(tmp_path, mirrored()))
+    table = read(written(mirrored()))
     theta_i, theta_o = random.uniform(0.1, 1.3, (2, 400))
     phi_i, phi_o = random.uniform(-np.pi, np.pi, (2, 400))
     expected = table.evaluate(theta_i, phi_i, theta_o, phi_o)
     for factor, turn in ((-1, 0), (1, np.pi), (-1, np.pi)):
         values = table.evaluate(theta_i, factor * phi_i + turn, theta_o, factor * phi_o + turn)
         np.testing.assert_allclose(values, expected, rtol=1e-5)      # azimuths are stored in single precision
-    samples = fitter.load(written(tmp_path, mirrored()))
+    samples = fitter.load(written(mirrored()))
     assert "Symmetry, half turn and mirror" in samples.notes[-1]
     np.testing.assert_allclose(np.unique(np.floor(np.mod(samples.phi_i + 0.01, 2 * np.pi) / (np.pi / 2))), range(4))
 
 
-def test_azimuths_are_interpolated_and_those_of_half_vectors_are_absolute(tmp_path, random):
+def test_azimuths_are_interpolated_and_those_of_half_vectors_are_absolute(written, random):
     """The grid is the unit square, in which the table holds its own coordinates and the azimuth of incidence."""
     arrays = tensor_files.anisotropic(tensor_files.material(angles=(0.1, 0.7, 1.3)), np.degrees(AZIMUTHS))
     arrays["rgb"][:, :, 2] = 1 + np.cos(AZIMUTHS)[:, None, None, None]
-    table = read(written(tmp_path, arrays))
+    table = read(written(arrays))
     theta_i, theta_o = random.uniform(0.15, 1.25, (2, 500))
     phi_i, phi_o = random.uniform(-np.pi, np.pi, (2, 500))
-    wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-              for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+    wi, wo = unit(theta_i, phi_i), unit(theta_o, phi_o)
     half = (wi + wo) / np.linalg.norm(wi + wo, axis=0)
     x = np.sqrt(2 / np.pi * np.arccos(half[2]))
     y = (np.arctan2(half[1], half[0]) + np.pi) / (2 * np.pi)
@@ -188,21 +181,21 @@ def test_azimuths_are_interpolated_and_those_of_half_vectors_are_absolute(tmp_pa
     np.testing.assert_allclose(table.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-5)
 
 
-def test_azimuths_may_begin_anywhere(tmp_path, random):
+def test_azimuths_may_begin_anywhere(written, random):
     arrays = mirrored(count=7, first=-180, last=180)
     arrays["vndf"][-1], arrays["rgb"][-1] = arrays["vndf"][0], arrays["rgb"][0]
     later = arrays | {"phi_i": (arrays["phi_i"] + np.pi).astype("<f4")}     # the same tables, half a turn on
     for name in ("vndf", "luminance", "rgb"):
         later[name] = np.concatenate([arrays[name][3:-1], arrays[name][:4]])
-    one, other = (read(written(tmp_path, some)) for some in (arrays, later))
+    one, other = (read(written(some)) for some in (arrays, later))
     angles = random.uniform(0.1, 1.3, (4, 300)) * [[1], [4], [1], [4]]
     np.testing.assert_allclose(one.evaluate(*angles), other.evaluate(*angles), rtol=1e-5)
 
 
-def test_flat_spectra_of_several_azimuths_are_grey(tmp_path):
+def test_flat_spectra_of_several_azimuths_are_grey(written):
     arrays = mirrored()
     spectral = tensor_files.spectral(arrays, np.linspace(400, 700, 31))
-    samples, colours = (fitter.load(written(tmp_path, some)) for some in (spectral, arrays))
+    samples, colours = (fitter.load(written(some)) for some in (spectral, arrays))
     np.testing.assert_allclose(samples.values, np.repeat(colours.values[:, 1:2], 3, axis=1), rtol=1e-5)
 
 
@@ -212,19 +205,19 @@ def test_flat_spectra_of_several_azimuths_are_grey(tmp_path):
     ([-180, -180, 180], "expected rising"), ([-180, 0, 3600], "expected rising"),
     ([-180, 0, np.nan], "phi_i holds numbers that are not finite"),
     ([-180, -90, 0, 90], r"vndf has the shape \(3, 3, 5, 6\), expected \(4, 3"), ([-180, 180], "expected")])
-def test_azimuths_that_make_no_turn_are_refused(tmp_path, azimuths, expected):
+def test_azimuths_that_make_no_turn_are_refused(written, azimuths, expected):
     arrays = mirrored(count=3) | {"phi_i": np.radians(azimuths).astype("<f4")}
     with pytest.raises(DatasetError, match=rf"made\.bsdf: .*{expected}"):
-        fitter.load(written(tmp_path, arrays))
+        fitter.load(written(arrays))
 
 
-def test_more_directions_of_incidence_than_an_instrument_has_are_refused(tmp_path):
+def test_more_directions_of_incidence_than_an_instrument_has_are_refused(written):
     arrays = tensor_files.anisotropic(tensor_files.material(2), np.linspace(-180, 180, 3500))
     with pytest.raises(DatasetError, match="3,500 azimuths and 3 angles of incidence found, expected at most 10,000"):
-        fitter.load(written(tmp_path, arrays))
+        fitter.load(written(arrays))
 
 
-def test_asked_for_it_is_taken_as_isotropic(tmp_path):
-    samples = fitter.load(written(tmp_path, mirrored()), isotropic=True)
+def test_asked_for_it_is_taken_as_isotropic(written):
+    samples = fitter.load(written(mirrored()), isotropic=True)
     assert samples.isotropic
     assert samples.notes[-1] == "Taken as isotropic, as asked"

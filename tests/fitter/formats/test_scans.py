@@ -10,6 +10,7 @@ import fitter
 from fitter import ColumnsUnknownError, DatasetError, UnitsUnknownError
 from fitter.formats.names import parse, role, value
 
+FILE = "scan.csv"
 INCIDENCES = 0.0, 20.0, 50.0
 SCAN = np.arange(-80.0, 81, 10)
 
@@ -31,15 +32,6 @@ def hemisphere():
     """Incidence, outgoing angle, azimuth between and value."""
     i, o, apart = (grid.ravel() for grid in np.meshgrid(INCIDENCES, SCAN[8:], np.arange(0.0, 181, 45), indexing="ij"))
     return i, o, apart, truth(i, o, apart)
-
-
-@pytest.fixture
-def load(tmp_path):
-    def load(text, **options):
-        path = tmp_path / "scan.csv"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return fitter.load(path, **options)
-    return load
 
 
 def rows(columns, separator=",", form="{:.10g}".format):
@@ -154,25 +146,6 @@ def test_the_sign_of_degrees_behind_numbers_in_any_encoding(load, encoding):
     assert np.degrees(samples.theta_o).max() == pytest.approx(0.8)
     np.testing.assert_allclose(samples.values[:, 0], truth(*(np.degrees(each) for each in (
         samples.theta_i, samples.theta_o, samples.phi_o))), rtol=1e-6)
-
-
-@pytest.mark.parametrize("missing", ["#N/A", "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "1.#QNAN", "NaN"])
-@pytest.mark.parametrize("column", [0, 3])
-def test_errors_of_spreadsheets_are_missing_cells(load, missing, column):
-    table = [[f"{cell:.8g}" for cell in row] for row in np.column_stack(hemisphere())]
-    table[3][column] = missing
-    samples = load("theta_i,theta_o,phi,BRDF\n" + "".join(",".join(row) + "\n" for row in table))
-    assert_is_truth(samples)
-    assert len(samples) == len(table) - 1
-    assert f"1 of {len(table)} rows have empty cells and are left out" in samples.notes
-
-
-@pytest.mark.parametrize(("separator", "quote"), [(";", ""), ("\t", ""), ("|", ""), (",", '"'), (";", '"')])
-def test_decimal_commas_also_in_quotes(load, separator, quote):
-    def comma(number):
-        return f"{quote}{number:.6f}{quote}".replace(".", ",")
-    assert_is_truth(load(f"theta_i{separator}theta_o{separator}phi{separator}BRDF\n"
-                         f"{rows(hemisphere(), separator, comma)}"), rtol=1e-4)
 
 
 # what a column of values, and the others, prove: the cells as they are written, and what they mean

@@ -9,22 +9,12 @@ import fitter
 from fitter import DatasetError
 from support.speos_files import made
 
+FILE = "paint.anisotropicbsdf"
 POLAR, AZIMUTHS = np.arange(0, 91, 5), np.arange(0, 361, 10)
 
 
-def load(tmp_path, text):
-    path = tmp_path / "paint.anisotropicbsdf"
-    path.write_text(text, newline="")
-    return fitter.load(path)
-
-
-def projected(samples, turn=0.0):
-    apart = samples.phi_o - samples.phi_i + turn
-    return np.sin(samples.theta_o)[:, None] * np.stack([np.cos(apart), np.abs(np.sin(apart))], axis=1)
-
-
 @pytest.mark.parametrize("angle", [15, 30, 45, 60, 75])
-def test_it_is_what_the_file_that_it_was_converted_from_is(goniometer, angle):
+def test_it_is_what_the_file_that_it_was_converted_from_is(goniometer, projected, angle):
     """One factor aside: the converter normalised each incidence by its TIS, and by an integral of its own."""
     speos = fitter.load(goniometer("ansys_planesymmetric.anisotropicbsdf"))
     zemax = fitter.load(goniometer("ansys_planesymmetric_brdf_zemax.bsdf"))
@@ -54,10 +44,10 @@ def lobe(theta, phi):
 
 @pytest.mark.parametrize("is_bsdf", [True, False])
 @pytest.mark.parametrize("last", [360, 350, 180])
-def test_the_percentage_is_the_integral_of_the_bsdf_and_the_cosine(tmp_path, is_bsdf, last):
+def test_the_percentage_is_the_integral_of_the_bsdf_and_the_cosine(load, is_bsdf, last):
     polar, around = np.radians(np.arange(0, 91, 2)), np.radians(np.arange(0, last + 1, 5))
     values = lobe(polar[:, None], around) * 123 * (1 if is_bsdf else np.cos(polar)[:, None])
-    samples = load(tmp_path, made(values[None], (40,), polar=np.arange(0, 91, 2), azimuths=np.arange(0, last + 1, 5),
+    samples = load(made(values[None], (40,), polar=np.arange(0, 91, 2), azimuths=np.arange(0, last + 1, 5),
                                   at=(40, 0), bands=((350, 30), (850, 30)), is_bsdf=is_bsdf))
     total, _ = dblquad(lambda theta, phi: lobe(theta, phi) * np.cos(theta) * np.sin(theta), 0, 2 * np.pi, 0, np.pi / 2,
                        epsabs=1e-6)
@@ -68,44 +58,43 @@ def test_the_percentage_is_the_integral_of_the_bsdf_and_the_cosine(tmp_path, is_
     assert abs(samples.phi_o[samples.values[:, 0].argmax()]) == pytest.approx(np.pi)        # across from the light
 
 
-def test_between_two_incidences_both_are_weighted(tmp_path):
+def test_between_two_incidences_both_are_weighted(load):
     values = np.stack([np.full((5, 7), 1.0), np.full((5, 7), 3.0)])
-    samples = load(tmp_path, made(values, (10, 30), polar=(0, 22.5, 45, 67.5, 90), at=(15, 0),
+    samples = load(made(values, (10, 30), polar=(0, 22.5, 45, 67.5, 90), at=(15, 0),
                                   bands=((350, 60), (850, 60))))
     assert samples.values[:, 0].min() == pytest.approx(0.6 / np.pi / 1.5, rel=1e-3)
     assert samples.values[:, 0].max() == pytest.approx(3 * 0.6 / np.pi / 1.5, rel=1e-3)
 
 
-def test_a_spectrum_becomes_a_colour(tmp_path):
+def test_a_spectrum_becomes_a_colour(load):
     flat = np.ones((1, 5, 7))
     kinds = {"incidences": (0,), "at": (0, 0), "polar": (0, 22.5, 45, 67.5, 90)}
-    red = load(tmp_path, made(flat, bands=((400, 10), (550, 10), (600, 60), (700, 60)), **kinds))
+    red = load(made(flat, bands=((400, 10), (550, 10), (600, 60), (700, 60)), **kinds))
     nm = np.arange(400, 701, 10)
     spectrum = np.interp(nm, [400, 550, 600, 700], [0.1, 0.1, 0.6, 0.6]) / np.pi
-    (tmp_path / "same.csv").write_text(f"theta_i[deg],theta_o[deg],phi[deg],{','.join(map(str, nm))}\n"
-                                       f"0,0,0,{','.join(map(str, spectrum))}\n")
+    same = load(f"theta_i[deg],theta_o[deg],phi[deg],{','.join(map(str, nm))}\n0,0,0,{','.join(map(str, spectrum))}\n",
+                "same.csv")
     assert red.channels == ("R", "G", "B")
-    np.testing.assert_allclose(red.values, np.repeat(fitter.load(tmp_path / "same.csv").values, len(red), axis=0),
-                               rtol=1e-3)
+    np.testing.assert_allclose(red.values, np.repeat(same.values, len(red), axis=0), rtol=1e-3)
     assert red.values[0, 0] > 2 * red.values[0, 1]
-    assert load(tmp_path, made(flat, **kinds)).channels == ("grey",)
+    assert load(made(flat, **kinds)).channels == ("grey",)
 
 
-def test_rotations_turn_the_light_about_the_tangent(tmp_path):
-    samples = load(tmp_path, made(rotations=(0, 30), incidences=(20,)))
+def test_rotations_turn_the_light_about_the_tangent(load):
+    samples = load(made(rotations=(0, 30), incidences=(20,)))
     assert set(np.degrees(samples.phi_i).round(6)) == {0, -30}
     assert len(samples) == 2 * (4 * 6 + 1)
 
 
-def test_reflection_is_read_where_there_is_transmission_as_well(tmp_path):
+def test_reflection_is_read_where_there_is_transmission_as_well(load):
     both = np.ones((4, 5, 7)) * np.array([1, 1, 9, 9])[:, None, None]
-    samples = load(tmp_path, made(both, flags=(1, 1)))
+    samples = load(made(both, flags=(1, 1)))
     assert np.ptp(samples.values) == 0
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_a_description_of_several_lines(tmp_path, end):
-    assert len(load(tmp_path, made(description="one\ntwo, and\n3", end=end).replace("\r\n", "\n"))) > 0
+def test_a_description_of_several_lines(load, end):
+    assert len(load(made(description="one\ntwo, and\n3", end=end).replace("\r\n", "\n"))) > 0
 
 
 @pytest.mark.parametrize(("change", "expected"), [
@@ -115,8 +104,8 @@ def test_a_description_of_several_lines(tmp_path, end):
     (("5 7\n", "5 8\n"), r"7 entries found, expected 8"), (("5 7\n", "0 7\n"), r"0 x 7 values found"),
     (("\n80\t", "\n95\t"), r":\d+: a polar angle of 95"), (("\n15\t40\n", "\n15\t140\n"), r"incidence from 15 to 140"),
     (("\n15\t0\n", "\n15\n"), r"1 entries found, expected 2: theta_i and rotation")])
-def test_a_damaged_file_is_refused_with_its_line(tmp_path, change, expected):
+def test_a_damaged_file_is_refused_with_its_line(load, change, expected):
     text = made()
     assert change[0] in text
     with pytest.raises(DatasetError, match=r"paint\.anisotropicbsdf.*" + expected):
-        load(tmp_path, text.replace(*change))
+        load(text.replace(*change))

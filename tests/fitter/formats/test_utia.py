@@ -5,21 +5,12 @@ import time
 import numpy as np
 import pytest
 
-import fitter
 from fitter import DatasetError
 from support import anisotropic_instruments as instruments
 from support import utia_files
 
+FILE = "fabric01.bin"
 TRUTH = instruments.ggx(turn=0.4)
-
-
-@pytest.fixture
-def load(tmp_path):
-    def load(content, **options):
-        path = tmp_path / "fabric01.bin"
-        path.write_bytes(content)
-        return fitter.load(path, **options)
-    return load
 
 
 @pytest.fixture(scope="module")

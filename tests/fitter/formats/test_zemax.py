@@ -11,18 +11,14 @@ from fitter import DatasetError
 from support import anisotropic_instruments as instruments
 from support.zemax_files import made
 
-
-def load(tmp_path, text, name="paint.bsdf"):
-    path = tmp_path / name
-    path.write_text(text, newline="")
-    return fitter.load(path)
+FILE = "paint.bsdf"
 
 
 @pytest.mark.parametrize("gap", ["\t", "  "])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_directions_are_about_the_mirrored_ray(tmp_path, gap, end):
+def test_directions_are_about_the_mirrored_ray(load, gap, end):
     """Azimuth 0 goes to the normal and past it, 180 to the horizon and below it, 90 sideways."""
-    samples = load(tmp_path, made(gap=gap, end=end))
+    samples = load(made(gap=gap, end=end))
     assert (samples.channels, samples.name) == (("grey",), "paint")
     sideways = np.degrees(np.arccos(np.cos(np.radians(30)) * np.cos(np.radians(30))))
     expected = {                                    # value: theta_i, theta_o, phi_o
@@ -40,22 +36,22 @@ def test_directions_are_about_the_mirrored_ray(tmp_path, gap, end):
     assert len(samples) == 2 * 7 - 2
 
 
-def test_zeros_are_not_measurements_and_the_mirrored_ray_is_one(tmp_path):
+def test_zeros_are_not_measurements_and_the_mirrored_ray_is_one(load):
     values = np.ones((1, 1, 3, 3))
     values[0, 0, :, 0] = 4, 0, 2
     values[0, 0, 1, 1] = 0
-    samples = load(tmp_path, made(values, incidences=(20,)))
+    samples = load(made(values, incidences=(20,)))
     assert len(samples) == 1 + 5
     mirrored = np.isclose(samples.theta_o, np.radians(20)) & np.isclose(abs(samples.phi_o), np.pi)
     assert samples.values[mirrored].tolist() == [[3]]
 
 
-def test_tristimulus_values_become_srgb(tmp_path):
+def test_tristimulus_values_become_srgb(load):
     """The white of D65 is white, and a colour is that of the matrix of IEC 61966-2-1."""
     white, red = np.array([0.9505, 1, 1.089]), np.array([0.4124, 0.2126, 0.0193])
     values = np.stack([np.full((1, 1, 3), channel) for channel in white])
     values[:, :, :, 2] = red[:, None, None]
-    samples = load(tmp_path, made(values, (0,), (0,), (0, 30, 40), SpectralContent="XYZ"))
+    samples = load(made(values, (0,), (0,), (0, 30, 40), SpectralContent="XYZ"))
     assert samples.channels == ("R", "G", "B")
     np.testing.assert_allclose(samples.values, [[1, 1, 1], [1, 1, 1], [1, 0, 0]], atol=1e-3)
 
@@ -95,7 +91,7 @@ def test_totals_of_a_real_file_come_out(goniometer):
 
 @pytest.mark.parametrize(("symmetry", "last"), [("PlaneSymmetrical", 180), ("Asymmetrical", 350)])
 @pytest.mark.parametrize("times", [1, 0.93, 1.25, 0.8])
-def test_the_tis_stands_beside_the_integral_where_they_differ_by_more_than_a_tenth(tmp_path, symmetry, last, times):
+def test_the_tis_stands_beside_the_integral_where_they_differ_by_more_than_a_tenth(load, symmetry, last, times):
     """The integral is SciPy's, about the normal; the file's values are about the mirrored ray."""
     theta_i = np.radians(40)
 
@@ -110,7 +106,7 @@ def test_the_tis_stands_beside_the_integral_where_they_differ_by_more_than_a_ten
     azimuths, radials = np.arange(0, last + 1, 10), np.arange(0, 136, 3)
     values = np.broadcast_to(lobe(np.cos(np.radians(radials))), (1, 1, len(azimuths), len(radials)))
     text = made(values, (40,), tuple(azimuths), tuple(radials), Symmetry=symmetry)
-    samples = load(tmp_path, text.replace("TIS 0.5", f"TIS {truth * times:.6f}"))
+    samples = load(text.replace("TIS 0.5", f"TIS {truth * times:.6f}"))
     told = [note for note in samples.notes if note.startswith("TIS")]
     assert bool(told) == (times in (1.25, 0.8))
     if told:
@@ -128,7 +124,7 @@ def test_the_tis_of_real_files_is_told_where_it_is_another(goniometer):
     assert told[1].endswith("8 of 13 differ by more than a tenth")
 
 
-def test_rotations_turn_both_directions_backwards(tmp_path):
+def test_rotations_turn_both_directions_backwards(load):
     """A sample that is turned by r sees the light at -r: on the truth's grid every value is the truth's."""
     truth, rotations = instruments.ggx(turn=0.3), range(0, 360, 30)
     grid = {"incidences": (20, 50), "azimuths": tuple(range(0, 360, 20)), "radials": (0, 10, 25, 40)}
@@ -147,18 +143,18 @@ def test_rotations_turn_both_directions_backwards(tmp_path):
                         [[theta], [turn], [np.arccos(out[2])], [np.arctan2(out[1], out[0])]]))[0, 0]
                     expected.append(float(value))
     values = np.reshape(expected, (1, -1, 18, 4))
-    samples = load(tmp_path, made(values, rotations=rotations, Symmetry="Asymmetrical4D", **grid))
+    samples = load(made(values, rotations=rotations, Symmetry="Asymmetrical4D", **grid))
     assert not samples.isotropic
     assert samples.notes[-1:] == ("Anisotropic, measured at 12 rotations from 0 to 330 degrees",)
     assert len(samples) == np.count_nonzero(values[..., 1:]) + 24
     np.testing.assert_allclose(truth(*samples.directions)[:, 0], samples.values[:, 0], rtol=1e-9)
 
 
-def test_the_other_side_of_a_plane_symmetrical_file_is_read_too(tmp_path):
+def test_the_other_side_of_a_plane_symmetrical_file_is_read_too(load):
     """PlaneSymmetrical4D has azimuths to 180 degrees at each rotation."""
     values = np.arange(1.0, 1 + 4 * 3 * 4 * 3).reshape(1, 12, 4, 3) ** 2
     grid = {"incidences": (10, 30, 40), "azimuths": (0, 60, 120, 180), "radials": (0, 20, 30)}
-    samples = load(tmp_path, made(values, rotations=(0, 45, 90, 135), Symmetry="PlaneSymmetrical4D", **grid))
+    samples = load(made(values, rotations=(0, 45, 90, 135), Symmetry="PlaneSymmetrical4D", **grid))
     assert not samples.isotropic
     count = 12 * (1 + 4 * 2)
     assert len(samples) == count + 12 * 2 * 2
@@ -172,18 +168,18 @@ def test_the_other_side_of_a_plane_symmetrical_file_is_read_too(tmp_path):
         assert apart[0] == pytest.approx(-apart[1])
 
 
-def test_one_rotation_tells_nothing_and_the_notes_say_so(tmp_path):
+def test_one_rotation_tells_nothing_and_the_notes_say_so(load):
     values = np.ones((1, 2, 5, 3))
-    samples = load(tmp_path, made(values, azimuths=(0, 90, 180, 225, 270), Symmetry="Asymmetrical"))
+    samples = load(made(values, azimuths=(0, 90, 180, 225, 270), Symmetry="Asymmetrical"))
     assert samples.isotropic
     assert samples.notes[-1:] == ("Measured at 1 rotation: taken as isotropic",)
     assert not samples.phi_i.any()
 
 
-def test_tristimulus_values_of_several_rotations(tmp_path):
+def test_tristimulus_values_of_several_rotations(load):
     values = np.stack([np.full((6, 3, 3), channel) for channel in (0.9505, 1, 1.089)])
     values[:, :2, 1] *= 5
-    samples = load(tmp_path, made(values, rotations=(0, 40, 80), SpectralContent="XYZ", Symmetry="Asymmetrical4D"))
+    samples = load(made(values, rotations=(0, 40, 80), SpectralContent="XYZ", Symmetry="Asymmetrical4D"))
     assert samples.channels == ("R", "G", "B")
     np.testing.assert_allclose(samples.values, np.repeat(samples.values[:, :1], 3, axis=1), atol=1e-2)
     assert set(np.degrees(samples.phi_i).round(6)) == {0, -40, -80}
@@ -224,7 +220,7 @@ def test_a_real_anisotropic_file(goniometer):
     (made().replace("\t5.0", ""), 19, "2 entries found, expected 3"),
     (made(np.zeros((1, 2, 3, 3))), None, "all values are 0"),
 ])
-def test_a_malformed_file_is_refused(tmp_path, text, line, expected):
+def test_a_malformed_file_is_refused(load, text, line, expected):
     where = f"bad.bsdf:{line}: " if line else "bad.bsdf: "
     with pytest.raises(DatasetError, match=re.escape(where) + ".*" + re.escape(expected)):
-        load(tmp_path, text, "bad.bsdf")
+        load(text, "bad.bsdf")
