@@ -63,14 +63,11 @@ class Mixes(mixing.Mixes):
     def factor(node: bpy.types.Node) -> bpy.types.NodeSocket:
         return node.inputs[mix_group.FACTOR_INPUT]
 
-    def changed(self, material: bpy.types.Material) -> None:
-        waiting, seen = [material], {material}
+    def holders(self, material: bpy.types.Material) -> list[bpy.types.Material]:
+        waiting = [material]
         for part in waiting:
-            for item in _list_mixes(part):
-                if item not in seen:
-                    export_surface.mix(item, not_none(materials.mix_node(item)))
-                    seen.add(item)
-                    waiting.append(item)
+            waiting += [item for item in _list_mixes(part) if item not in waiting]
+        return waiting[1:]
 
 
 def _list_mixes(part: bpy.types.Material) -> Iterator[bpy.types.Material]:

@@ -80,12 +80,15 @@ def _replacement(materials: Sequence[bpy.types.Material], context: bpy.types.Con
             restored.enter_context(restored_on_error(item, (*CHOICES, *RESULTS)))
         yield
         made = [not_none(_group(item)) for item in materials]
+        mixed = dict.fromkeys(mix for item in materials for mix in mixing.mixes.holders(item))
+        for mix in mixed:
+            restored.enter_context(restored_on_error(mix, ()))
         for item, before, after in zip(materials, former, made, strict=True):
             restored.enter_context(mixing.mixes.following(item, before, after))
         followers.tell(context)
         unused = {each for before in former for each in node_group.unused_groups(before)}
-        for item in materials:
-            mixing.mixes.changed(item)
+        for mix in mixed:
+            export_surface.mix(mix, not_none(mix_node(mix)))
     bpy.data.batch_remove(unused)
     # it could not have this name beside the former group; one that is of other materials too goes by theirs
     users = bpy.data.user_map(subset=made)[made[0]]

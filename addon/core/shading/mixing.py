@@ -44,8 +44,9 @@ class Mixes:
         """Give mixes of a material its new group in the place of the former; if the block raises, the former again."""
         return nullcontext()
 
-    def changed(self, _material: bpy.types.Material) -> None:
-        """Renew what mixes have copied of a material."""
+    def holders(self, _material: bpy.types.Material) -> list[bpy.types.Material]:
+        """The materials of this file that mix a material with another that is there, and those that mix these."""
+        return []
 
 
 mixes = Mixes()

@@ -12,8 +12,8 @@ from measured_brdf.addon.work import queries
 
 import fitter
 from support.cases import quick, release
-from support.stage import add_sphere, black_scene
-from tests.osl.test_rendering import LIGHTS, SIZE, render
+from support.stage import add_sphere, black_scene, render
+from tests.osl.test_rendering import LIGHTS, SIZE
 
 
 @pytest.fixture(scope="module")
