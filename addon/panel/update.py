@@ -57,7 +57,7 @@ The fits do not change, and the measurements are not needed"""
             raise ValueError("; ".join(failed))
         for message in failed:
             self.report({"WARNING"}, message)
-        self.report({"INFO"}, f"{updated} materials updated")
+        self.report({"INFO"}, f"{updated} material{'s' * (updated != 1)} updated")
 
 
 class MEASUREDBRDF_OT_make_local(bpy.types.Operator):

@@ -61,6 +61,8 @@ def _drop_empty(**values: Any) -> Description:
 
 
 def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any], described: Description) -> None:
+    """Put a flat sample into a description that has a camera and lamps; corners and outlines are pixels of the
+    photographs, whose size is that of the scene's render. Keys with their default values are left out."""
     size = scene.render.resolution_y, scene.render.resolution_x
     _there(scene, settings.sample, "sample")
     corners, outline = np.reshape(settings.corners, (4, 2)), settings.drawn_outline

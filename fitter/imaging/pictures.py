@@ -23,7 +23,7 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, colours: str = DEFAULT_COLOUR
     """
     normal, _, _ = sphere(size)
     radiance = np.broadcast_to(studio.on_sphere(fit, normal), (len(normal), 3))
-    picture = draw_sphere(srgb(studio.develop(radiance @ conversion(colours, DEFAULT_COLOURS).T)), size)
+    picture = draw_sphere(srgb(studio.tone_map(radiance @ conversion(colours, DEFAULT_COLOURS).T)), size)
     if with_tangent and not is_isotropic(fit):
         canvas = Canvas(picture)
         for stroke in _strokes(size):
@@ -55,7 +55,7 @@ def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     radiance = np.broadcast_to(studio.on_sphere(fit, normal.reshape(-1, 3)), (size * size, 3))
     picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[..., :3] = srgb(studio.develop(radiance)).reshape(size, size, 3)
+    picture[..., :3] = srgb(studio.tone_map(radiance)).reshape(size, size, 3)
     beyond = [np.abs(axis) + 0.012 * np.sin(9 * other) - _HEM for axis, other in ((x, y), (y, x))]
     picture[..., 3] = np.clip(0.5 - np.maximum(*beyond) * size / 2, 0, 1)
     return picture

@@ -23,8 +23,9 @@ _STRIP_LIGHT = (0.93, 0.05, 0.36), 0.13, 0.75, 3.1
 _UPPER, _WALL, _LOWER, _REFLECTOR = 0.66, 0.19, 0.12, 0.54  # radiances
 _ANGLES = 40                # of the normal to the view, at which a sphere is looked at
 _STUDIO_RINGS, _STUDIO_SECTORS = 72, 108  # cells of the studio about the view: their angle from it, and their azimuth
-_SHOULDER = 2.6             # of the film: b, and a, so that 3.5 is white
-_TOE = ((1 + 3.5 * _SHOULDER) / 3.5 - 1) / 3.5
+_WHITE = 3.5                # what the tone curve x (1 + a x) / (1 + b x) takes to 1
+_CURVE_B = 2.6
+_CURVE_A = ((1 + _WHITE * _CURVE_B) / _WHITE - 1) / _WHITE
 # half vectors: angles from the normal, azimuths, and parts of their cells
 _HALF_VECTORS, _HALF_TURNS, _CELL_PARTS = 36, 32, 3
 _MIDDLE = _CELL_PARTS ** 2 // 2        # of the parts
@@ -48,22 +49,24 @@ def radiance(direction: FloatArray) -> FloatArray:
     height = direction[..., 1]
     found = _WALL + (_UPPER - _WALL) * _step(-0.1, 0.9, height) + (_LOWER - _WALL) * _step(0.05, -0.1, height)
     found = found + _REFLECTOR * _step(-0.5, -0.75, height) * _step(-0.5, 0.3, direction[..., 2])
-    for toward, width, tall, strength in (_WINDOW_LIGHT, _STRIP_LIGHT):
-        found = found + strength * window(direction, toward, width, tall)
+    for toward, half_width, half_height, strength in (_WINDOW_LIGHT, _STRIP_LIGHT):
+        found = found + strength * softbox(direction, toward, half_width, half_height)
     return np.asarray(found)
 
 
-def window(direction: FloatArray, toward: tuple[float, float, float], width: float, tall: float) -> FloatArray:
-    """Whether a rectangle far away is seen in directions (..., 3): (...), 1 within it and 0 beyond its soft edges.
+def softbox(direction: FloatArray, toward: tuple[float, float, float], half_width: float,
+            half_height: float) -> FloatArray:
+    """What a rectangular light far away, of radiance 1, shows in directions (..., 3): (...), 0 beyond its soft edges.
 
-    `toward` is the direction of its middle, `width` and `tall` half of its sides as slopes.
+    `toward` is the direction of its middle, which is not along y, and half of its sides are slopes. y is up.
     """
     axis = np.array(toward) / np.linalg.norm(toward)
     side = np.cross([0, 1, 0], axis)
     side /= np.linalg.norm(side)
     along = direction @ axis
     slopes = [np.abs(direction @ each) / np.maximum(along, 1e-6) for each in (side, np.cross(axis, side))]
-    inside = _step(width + 0.02, width - 0.02, slopes[0]) * _step(tall + 0.02, tall - 0.02, slopes[1])
+    inside = (_step(half_width + 0.02, half_width - 0.02, slopes[0])
+              * _step(half_height + 0.02, half_height - 0.02, slopes[1]))
     return np.asarray(inside * (along > 0))
 
 
@@ -73,17 +76,17 @@ def _step(first: float, last: float, value: FloatArray) -> FloatArray:
     return np.asarray(share ** 2 * (3 - 2 * share))
 
 
-def develop(linear: FloatArray) -> FloatArray:
-    """Linear values (..., 3) as the picture has them: the brightest channel goes by x (1 + a x) / (1 + b x), which
-    keeps dark paints legible and white ones and metals within the picture, and the others with it, which keeps the hue.
+def tone_map(linear: FloatArray) -> FloatArray:
+    """Linear values (..., 3) compressed for a picture: the largest channel x becomes x (1 + a x) / (1 + b x), which
+    leaves dark paints as they are and takes 3.5 to 1. The other channels keep their ratios to it, and so the hue.
 
     Examples
     --------
-    >>> develop(np.array([[0.01, 0.02, 0.01], [3.5, 3.5, 1.75]])).round(3).tolist()
+    >>> tone_map(np.array([[0.01, 0.02, 0.01], [3.5, 3.5, 1.75]])).round(3).tolist()
     [[0.01, 0.02, 0.01], [1.0, 1.0, 0.5]]
     """
     largest = np.maximum(linear.max(axis=-1, keepdims=True), 0)
-    return np.asarray(linear * (1 + _TOE * largest) / (1 + _SHOULDER * largest))
+    return np.asarray(linear * (1 + _CURVE_A * largest) / (1 + _CURVE_B * largest))
 
 
 def on_sphere(fit: Reflectance, normal: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     # control points at mirror images are equal: they are kept, and fitted, as one unknown
     representative = dense.representative(level).ravel()
     magnitude = np.abs(mba.basis_approximation(x, z * weights[:, None], level)).max(axis=-1).ravel()
-    first, keys = largest(magnitude, representative, count)
+    first, keys = select_largest(magnitude, representative, count)
     unknown = np.full(len(representative), -1)
     unknown[first] = np.arange(len(first))
     unknown = unknown[representative]
@@ -29,11 +29,12 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     return SparseLattice(level, index, solution[unknown[index.keys]].astype(np.float32))
 
 
-def largest(magnitude: FloatArray, representative: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """The largest of a lattice's control points that are not 0, at most `count` with their mirror images.
+def select_largest(magnitude: FloatArray, representative: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Choose the largest of a lattice's control points that are not 0, at most `count` with their mirror images.
 
-    From the magnitude of all in the flattened box, (points,), which mirror images need not have, and
-    `dense.representative`: the representatives, (unknowns,), and all that these represent, in ascending order, (k,).
+    Takes the magnitude, at least 0, of each point of the flattened box, (points,), of which only those of
+    representatives count, and the representative of each, (points,), as `dense.representative` has them. Returns the
+    chosen representatives, largest first, (unknowns,), and these with their mirror images, in ascending order, (k,).
     """
     copies = np.bincount(representative, minlength=len(magnitude))
     order = np.argsort(-magnitude * (copies > 0), kind="stable")

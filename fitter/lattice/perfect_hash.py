@@ -112,7 +112,8 @@ def _hash(keys: IntArray, multiplier: int, buckets: int, n: int) -> tuple[IntArr
 
 
 def _place(bucket: IntArray, home: IntArray, buckets: int, random: np.random.Generator) -> IntArray | None:
-    """Find displacements that give every key a slot of its own: (buckets,) int, or None if the search fails."""
+    """Find displacements, (buckets,) int, such that (home + displacement of the bucket) % n differs for all n keys, by
+    hash and displace, the fullest buckets first; None if the search fails. `bucket` and `home` are (n,)."""
     n = len(home)
     order = np.lexsort((home, bucket))
     bucket, home = bucket[order], home[order]

@@ -179,7 +179,7 @@ def _even_light(direction: FloatArray) -> FloatArray:
 
 @cache
 def _sky(name: str) -> studio.Sky:
-    return partial(studio.window, toward=WINDOWS[name], width=_HALF_SIDE, tall=_HALF_SIDE)
+    return partial(studio.softbox, toward=WINDOWS[name], half_width=_HALF_SIDE, half_height=_HALF_SIDE)
 
 
 def match_lines(window: str, matches: Sequence[Match]) -> list[str]:

@@ -36,17 +36,17 @@ _BETWEEN = 1000             # directions between the samples at which the sparse
 _NEAR = 30                  # degrees from the mirror direction, up to which half of them lie
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 MAX_STRATIFIED = 50_000     # samples that lattices are fitted to: of a few thousand control points more say no more
-_LOOKED_AT = 4 * MAX_STRATIFIED     # samples of which these are chosen
+_CANDIDATES = 4 * MAX_STRATIFIED     # samples of which these are chosen
 _STRATA, _STRATIFIED = 4096, 0.35   # of a grid, in each of which as many are chosen, and their share; the rest anywhere
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
                             # finer one is refined from it, and corrected where that helps most
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
-_PARTS, _LOT_STEPS = 5, 2   # lots in which incidences are left out, and how many of these are told apart in a degree
+_FOLDS, _STEPS_PER_DEGREE = 5, 2    # of the cross-validation; incidences that are told apart in a degree
 _ALIKE_ERRORS = 1.06        # errors of kernels up to this ratio are no different
 _PRIOR_PRECISION = 0.1      # of a control point that moves from the spline through the nodes: errors at as many samples
                             # as that count as much as a move (.01 follows 1,439 samples too closely, 1 few too little)
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
-_TOGETHER = 4500            # control points that are fitted together: their equations take the square of it in memory
+_MOST_UNKNOWNS = 4500       # control points that are fitted together: memory is the square of it
 _BATCHES = {3: 2, 4: 3}     # by the number of axes, in which the control points of the sparse lattice are chosen
 _JITTER = 1e-4              # makes the covariance of the control points invertible
 _PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
@@ -84,7 +84,7 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
     # move the control points that matter most, by regularised least squares
     if levels.diffuse <= _FINEST[x.shape[1]]:       # a finer one interpolates well enough
         residual = wanted - dense.evaluate(box, levels.diffuse, x)
-        chosen = _most_useful(x, levels.diffuse, weights, residual, _TOGETHER, np.zeros(0, int))
+        chosen = _most_useful(x, levels.diffuse, weights, residual, _MOST_UNKNOWNS, np.zeros(0, int))
         norm = np.full(len(chosen), _PRIOR_PRECISION)
         moves, = NormalEquations(x, [(levels.diffuse, chosen)]).solve(weights, residual, [norm])
         box += _scatter_to_box(levels.diffuse, x.shape[1], chosen, moves)
@@ -138,38 +138,40 @@ def _random_directions(samples: Samples) -> Directions:
 
 def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
                    ) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit the lattices to many samples, which are isotropic unless the coordinates have four axes. At most `_TOGETHER`
-    control points of each batch are kept, whatever the compression."""
-    # a stratified sample
-    used = subsample(samples, _LOOKED_AT)
+    """Fit a dense lattice to many samples, and a sparse one to what it leaves, by regularised least squares.
+
+    Samples are isotropic unless the coordinates have four axes. At most `_MOST_UNKNOWNS` control points of a batch are
+    chosen.
+    """
+    # a stratified sample, `represented` of which each stands for
+    used = subsample(samples, _CANDIDATES)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
-    which, stood_for = stratified_sample(x)
+    which, represented = stratified_sample(x)
     x, used = x[which], subset(used, which)
-    z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset, stood_for)
+    z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset, represented)
 
     progress.report(0.0, "Fitting the dense lattice")
     # the dense lattice, with the precision of the kernel as its prior
     no_keys = np.zeros(0, int)
     level, finer = min(levels.diffuse, _FINEST[axes]), levels.diffuse
-    norm = kernel.noise * precision(level, axes, kernel)
-    control_points, = NormalEquations(x, [(level, None)]).solve(weights, z, [norm])
+    regularisation = kernel.noise * precision(level, axes, kernel)
+    control_points, = NormalEquations(x, [(level, None)]).solve(weights, z, [regularisation])
     box = _refine_box(control_points, level, finer, axes)
-    # extrapolated directions count as samples
+    # extrapolated directions count as samples of what follows, with light and view in either order
     limits = extrapolation.measured_domain(samples)
     guessed = extrapolation.sample_extrapolated(limits, samples.isotropic)
     if len(guessed[0]):
-        # either way of the light: what nobody measured is reciprocal
-        at, there = ([coordinates.encode(*each) for each in (pairs, (*pairs[2:], *pairs[:2]))]
-                     for pairs in (guessed, extrapolation.clamp_to_domain(guessed, limits)))
-        continued, last = (np.mean([dense.evaluate(box, finer, each) for each in both], axis=0)
-                           for both in (at, there))
+        unmeasured, measured = ([coordinates.encode(*each) for each in (pairs, (*pairs[2:], *pairs[:2]))]
+                                for pairs in (guessed, extrapolation.clamp_to_domain(guessed, limits)))
+        continued, last = (np.mean([dense.evaluate(box, finer, each) for each in orders], axis=0)
+                           for orders in (unmeasured, measured))
         guesses = extrapolation.extrapolate(continued, last)
-        x, z = np.concatenate([x, *at]), np.concatenate([z, guesses, guesses])
+        x, z = np.concatenate([x, *unmeasured]), np.concatenate([z, guesses, guesses])
         weights = np.concatenate([weights, np.ones(2 * len(guesses))])
     # of a finer dense lattice only some control points move
     if level < finer:
         residual = z - dense.evaluate(box, finer, x)
-        chosen = _most_useful(x, finer, weights, residual, _TOGETHER, no_keys)
+        chosen = _most_useful(x, finer, weights, residual, _MOST_UNKNOWNS, no_keys)
         box += _scatter_to_box(finer, axes, chosen, _solve_control_points(x, finer, chosen, weights, residual, kernel))
     if levels.specular is None:
         return DenseLattice(finer, box.astype(np.float32)), None
@@ -178,12 +180,12 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
     for number in range(_BATCHES[axes]):
         progress.report(0.4 + 0.6 * number / _BATCHES[axes], "Fitting the sparse lattice")
         residual = z - dense.evaluate(box, finer, x) - dense.evaluate(sparse, levels.specular, x)
-        count = min(levels.kept_count(axes) // _BATCHES[axes], _TOGETHER)
+        count = min(levels.kept_count(axes) // _BATCHES[axes], _MOST_UNKNOWNS)
         chosen = _most_useful(x, levels.specular, weights, residual, count, keys)
         keys = np.union1d(keys, chosen)
-        if level == finer and len(control_points) + len(keys) <= _TOGETHER:
+        if level == finer and len(control_points) + len(keys) <= _MOST_UNKNOWNS:
             equations = NormalEquations(x, [(level, None), (levels.specular, keys)])
-            control_points, of_sparse = equations.solve(weights, z, [norm, _independent(keys, kernel)])
+            control_points, of_sparse = equations.solve(weights, z, [regularisation, _independent(keys, kernel)])
             box = _refine_box(control_points, level, finer, axes)
             sparse = _scatter_to_box(levels.specular, axes, keys, of_sparse)
         else:
@@ -222,7 +224,7 @@ def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: Float
     """The control points, other than those known, that can each lower the errors most: positions in the box."""
     gain = gains(x, level, weights, residual)
     gain[known] = 0
-    return least_squares.largest(gain, dense.representative(level, x.shape[1]).ravel(), count)[1]
+    return least_squares.select_largest(gain, dense.representative(level, x.shape[1]).ravel(), count)[1]
 
 
 def _solve_control_points(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray,
@@ -279,7 +281,7 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
 class IncidenceValidation:
     """How well a dense lattice predicts whole incidences of many samples that it has not seen, for any kernel.
 
-    Incidences between the flattest and the steepest are left out, in `_PARTS` lots: of a few every one by itself, of
+    Incidences between the flattest and the steepest are left out, in `_FOLDS` folds: of a few every one by itself, of
     those that lie densely every fifth, between others. Of samples without an incidence between, it is single ones.
     """
 
@@ -289,18 +291,18 @@ class IncidenceValidation:
         same = dense.representative(self._level, self._axes).ravel()
         self._first, self._unknown = np.unique(same, return_inverse=True)
         x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
-        weights, part = _weights(samples, transform.offset), _parts(samples)
-        self._lots = []
-        for out in (part == number for number in range(_PARTS)):
+        weights, fold = _weights(samples, transform.offset), _folds(samples)
+        self._left_out = []
+        for out in (fold == number for number in range(_FOLDS)):
             if out.any() and not out.all():
                 equations = NormalEquations(x[~out], [(self._level, None)]).reduced_system(weights[~out], z[~out])
-                self._lots.append((*equations, x[out], weights[out, None], z[out]))
+                self._left_out.append((*equations, x[out], weights[out, None], z[out]))
 
     def error(self, kernel: Kernel) -> float:
         """The root mean square of weighted errors of the field, by cross-validation: at incidences left out."""
         inverse = kernel.noise * precision(self._level, self._axes, kernel)[self._first[:, None], self._first]
         errors = [weights * (dense.evaluate(self._box(matrix + inverse, moment), self._level, x) - z)
-                  for matrix, moment, x, weights, z in self._lots]
+                  for matrix, moment, x, weights, z in self._left_out]
         return float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) if errors else 0.0
 
     def _box(self, matrix: FloatArray, moment: FloatArray) -> FloatArray:
@@ -315,17 +317,19 @@ class IncidenceValidation:
         return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= most)
 
 
-def _parts(samples: Samples) -> IntArray:
-    """The lot in which each sample is left out, (n,), -1 for never."""
-    steps = np.rint(np.degrees(samples.theta_i) * _LOT_STEPS).astype(np.int64)
+def _folds(samples: Samples) -> IntArray:
+    """The fold of the cross-validation in which each sample is left out, (n,), with all others of its incidence: -1
+    for never, which the flattest and the steepest incidences are, as nothing beyond them is measured."""
+    steps = np.rint(np.degrees(samples.theta_i) * _STEPS_PER_DEGREE).astype(np.int64)
     incidences = steps
     if not samples.isotropic:
-        azimuths = np.degrees(samples.phi_i % (2 * np.pi))
-        incidences = steps * 360 * _LOT_STEPS + np.rint(azimuths * _LOT_STEPS).astype(np.int64)
+        turn = 360 * _STEPS_PER_DEGREE
+        azimuths = np.rint(np.degrees(samples.phi_i) * _STEPS_PER_DEGREE).astype(np.int64)
+        incidences = steps * turn + azimuths % turn
     between = (steps > steps.min()) & (steps < steps.max())
     if not between.any():
-        return np.arange(len(samples)) % _PARTS
-    return np.where(between, np.unique(incidences, return_inverse=True)[1] % _PARTS, -1)
+        return np.arange(len(samples)) % _FOLDS
+    return np.where(between, np.unique(incidences, return_inverse=True)[1] % _FOLDS, -1)
 
 
 def _scatter_to_box(level: int, axes: int, keys: IntArray, control_points: FloatArray) -> FloatArray:

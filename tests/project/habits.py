@@ -133,7 +133,7 @@ for link in (False, True):
 command = addon.work.command
 out = folder / "library" / "library.blend"
 assert command.main(["convert", str(folder), "-o", str(out), "--preset", "Paper", "--diffuse-level", "2",
-                     "--specular-level", "none"]) == 1
+                     "--specular-level", "4"]) == 1
 with bpy.data.libraries.load(str(out), assets_only=True) as (source, _):
     assert len(source.materials) == 9
 

@@ -174,7 +174,7 @@ NUMBERS = (
     ("docs/fitting.md", r"Of more than ([\d,]+) samples", count(regression_kriging.MAX_GAUSSIAN_PROCESS_SAMPLES)),
     ("docs/fitting.md", r"a softening radius delta of ([\d.]+\d)", half_angle.RELATIVE_SOFTENING),
     ("docs/fitting.md", r"or to ([\d,]+) of them", count(lattices.MAX_STRATIFIED)),
-    ("docs/fitting.md", r"At most ([\d,]+) control points of a lattice", count(lattices._TOGETHER)),
+    ("docs/fitting.md", r"At most ([\d,]+) control points of a lattice", count(lattices._MOST_UNKNOWNS)),
     ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),
     ("docs/fitting.md", r"Standard` is D = 4, S = 5 and C = ([\d.]+\d)", PRESETS["Standard"]["compression"]),
     *(("docs/fitting.md", rf"\| {name} \|[^|]*\| ([^|]*) \|", ", ".join(f"{value:g}" for value in values))

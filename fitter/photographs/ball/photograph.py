@@ -21,7 +21,7 @@ from ...errors import DatasetError
 from ..rig.camera import pixel_angle
 from ..rig.photograph import STEEPEST, TO_SIGMA, Photograph, is_saturated, mean_of_neighbours, to_local_angles
 
-LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
+LIMB_MARGIN = 1.5           # pixels at the ball's outline that are left out: lenses blur it, and it is half background
 SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
 _PLACED = 0.2               # pixels by which the ball's outline may be wrong
 _AIMED = np.radians(0.25)   # by which a lamp's direction may be wrong: with more, a fit trusts too little that grazes
@@ -101,20 +101,21 @@ class BallPixels(NamedTuple):
 
 
 def visible_pixels(photograph: BallPhotograph) -> BallPixels:
-    """The pixels that see a point of the ball which the whole lamp lights, none of it steeper than `STEEPEST`.
-    DatasetError, which says why, if there is none."""
+    """The pixels of the ball at whose points neither the camera nor any part of the lamp is steeper than `STEEPEST`,
+    with the directions there, and the irradiance for each W/sr of the lamp. DatasetError, which says why, if there is
+    none."""
     axis, distance, limb = photograph.sight
     rays = photograph.rays.reshape(-1, 3)
     size = pixel_angle(photograph.rays)
-    # of the sine, which is exact where the angle is small
-    off = np.arctan2(np.linalg.norm(np.cross(rays, axis), axis=1), rays @ axis)
-    pixel = np.flatnonzero(off < limb - LIMB * size)
+    # by the sine: exact where the angle is small
+    off_axis = np.arctan2(np.linalg.norm(np.cross(rays, axis), axis=1), rays @ axis)
+    pixel = np.flatnonzero(off_axis < limb - LIMB_MARGIN * size)
     if not len(pixel):
         raise DatasetError("no pixel sees the ball: it is not in the picture, or too small there", photograph.name)
     ray = rays[pixel]
-    nearest = distance * (ray @ axis)
-    point = photograph.camera + ray * (nearest - np.sqrt(
-        np.maximum(photograph.radius ** 2 - (distance * np.sin(off[pixel])) ** 2, 0)))[:, None]
+    closest = distance * (ray @ axis)           # along a ray, where it passes the ball's centre
+    point = photograph.camera + ray * (closest - np.sqrt(
+        np.maximum(photograph.radius ** 2 - (distance * np.sin(off_axis[pixel])) ** 2, 0)))[:, None]
     normal = (point - photograph.centre) / photograph.radius
     away = photograph.lamp - point
     far = np.linalg.norm(away, axis=1)
@@ -167,7 +168,7 @@ def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
     neighbours = mean_of_neighbours(photograph.radiance).reshape(-1, channels)
     residual = np.abs(photograph.radiance.reshape(-1, channels) - neighbours) * TO_SIGMA / np.sqrt(1.25)
     axis, _, limb = photograph.sight
-    beyond = min(limb + LIMB * pixel_angle(photograph.rays), np.pi)
+    beyond = min(limb + LIMB_MARGIN * pixel_angle(photograph.rays), np.pi)
     dark = photograph.rays.reshape(-1, 3) @ axis <= np.cos(beyond)
     floor = np.median(residual[dark], axis=0) if dark.any() else np.zeros(channels)
     bright = neighbours[pixel] > 3 * floor

@@ -22,7 +22,7 @@ _IN_TURN = 6                # rounds of lamps and normals
 _LEAST_COSINE = 0.05        # with which a texel faces a lamp; of the median, that a lamp has
 _GROUPS = 4                 # of photographs, each of which is predicted by the others
 _WORSE, _FAR_OFF = 2.5, 0.15    # of the median error, and above it, from where a photograph is not as others say
-_OF_ODD = 0.6               # of the errors, that taking an odd photograph out leaves at most
+_WORTH_REJECTING = 0.6               # of the errors, that taking an odd photograph out leaves at most
 _EXPLAINED = 2.0            # of the noise's variance, up to which nothing is odd
 _EXCHANGED = 0.5            # of their errors, that two lamps have which are exchanged
 _OF_ROOM = 0.7              # of the squared errors, that a room's light leaves, where there is some
@@ -105,7 +105,7 @@ def contradictions(fits: Sequence[Reflectance], seen: Observed, frame: FloatArra
         return []
     seen = seen.some(enough)
     lines = []
-    alike, slopes, errors = _consistent(fits, seen, frame)
+    alike, slopes, errors = _reject_odd_photographs(fits, seen, frame)
     usual = float(np.median(errors[alike]))
     odd = [int(k) for k in np.flatnonzero(errors > usual + max(_FAR_OFF, (_WORSE - 1) * usual))]
     if odd:
@@ -122,33 +122,36 @@ def contradictions(fits: Sequence[Reflectance], seen: Observed, frame: FloatArra
     return lines if odd else lines + _room(fits, seen, frame, slopes)
 
 
-def _consistent(fits: Sequence[Reflectance], seen: Observed,
+def _reject_odd_photographs(fits: Sequence[Reflectance], seen: Observed,
                 frame: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """The numbers of photographs that are left when one after the other is taken out without which the others predict
-    each other better; the slopes that they tell (n, 2), and how far each photograph is from what those say (p,)."""
+    """Reject one photograph after the other, at most a quarter, while the rest then agree much better: the indices of
+    those that are kept; the slopes that these tell, (n, 2); and the error of each photograph beside them, (p,)."""
     alike, fewest = np.arange(seen.good.shape[1]), max(_GROUPS, 3 * seen.good.shape[1] // 4)
     texels = solve_texels(fits, seen, frame)
-    # at first the one without which most is explained, of some texels
+    # first each one without which the rest explains some texels best
     some = np.arange(0, len(seen.good), max(len(seen.good) // _TRIED, 1))
     few, now = seen.some(some), texels.part(some)
-    while len(alike) > fewest and np.median(now.left) > _EXPLAINED:
+    while len(alike) > fewest and np.median(now.misfit) > _EXPLAINED:
         used = np.isin(np.arange(seen.good.shape[1]), alike)
+        # each row leaves one of those that are used out
         tried = _solve_each_choice(fits, few, frame, now.slopes, used & ~np.eye(len(used), dtype=bool)[alike])
-        left = np.median(tried.left.reshape(len(alike), -1), axis=1)
-        best = int(np.argmin(left))
-        if not left[best] < _OF_ODD * np.median(now.left):
+        misfit = np.median(tried.misfit.reshape(len(alike), -1), axis=1)
+        odd = int(np.argmin(misfit))
+        if not misfit[odd] < _WORTH_REJECTING * np.median(now.misfit):
             break
-        alike, now = np.delete(alike, best), tried.part(best * len(some) + np.arange(len(some)))
+        alike, now = np.delete(alike, odd), tried.part(odd * len(some) + np.arange(len(some)))
     if len(alike) < seen.good.shape[1]:
         texels = solve_texels(fits, seen.some(np.s_[:, alike]), frame, texels.slopes)
-    # then the one that is predicted worst, which a model may take for shadows and slopes
+    # then each one that the rest predicts worst: slopes and shadows may have explained it
     errors = _errors(fits, seen, frame, alike, texels.slopes)
     while len(alike) > fewest:
         fewer = np.delete(alike, int(np.argmax(errors[alike])))
         again = _errors(fits, seen, frame, fewer, texels.slopes)
-        if not np.mean(again[fewer]) < _OF_ODD * np.mean(errors[fewer]):
+        if not np.mean(again[fewer]) < _WORTH_REJECTING * np.mean(errors[fewer]):
             break
         alike, errors = fewer, again
+    if len(alike) < texels.used.shape[1]:
+        texels = solve_texels(fits, seen.some(np.s_[:, alike]), frame, texels.slopes)
     return alike, texels.slopes, errors
 
 
@@ -186,7 +189,7 @@ def _room(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes
     brought = np.where(seen.good[..., None], seen.lit.brought, 0).mean(axis=2)
     share = float(np.median((lit.weights[:, -1:] * brought).sum(axis=1) / np.maximum(
         np.where(seen.good, seen.radiance.mean(axis=2), 0).sum(axis=1), 1e-300)))
-    if np.median(lit.left) < _OF_ROOM * np.median(dark.left) and share > _LEAST_ROOM:
+    if np.median(lit.misfit) < _OF_ROOM * np.median(dark.misfit) and share > _LEAST_ROOM:
         return [f"Some {share:.0%} of what photographs show looks as if it were there without the lamp: the room may "
                 "not have been dark. A photograph with the lamp off, lamp.dark, takes that away"]
     return []

@@ -44,13 +44,13 @@ class Texels(NamedTuple):
     slopes: FloatArray      # (n, 2)
     precision: FloatArray   # the inverse of their covariance: (n, 2, 2)
     used: BoolArray         # the photographs that count: (n, p)
-    left: FloatArray        # the squared error of a value, in units of its variance: (n,)
+    misfit: FloatArray      # the squared error of a value, in units of its variance: (n,)
     response: FloatArray    # by how much the weights change with the slopes: (n, materials, 2)
 
     def part(self, which: slice | IntArray) -> "Texels":
         """Some of them."""
         return Texels(self.weights[which], self.deviation[which], self.slopes[which], self.precision[which],
-                      self.used[which], self.left[which], self.response[which])
+                      self.used[which], self.misfit[which], self.response[which])
 
 
 class Prior(NamedTuple):
@@ -83,7 +83,7 @@ def estimate_prior(found: Texels) -> Prior:
     known = found.used.any(axis=1)
     if not found.weights[known].any():
         return no_prior(found.weights.shape[1])
-    misfit = max(float(np.median(found.left[known])), 1.0)
+    misfit = max(float(np.median(found.misfit[known])), 1.0)
     weights = found.weights[known]
     low, mean, high = np.quantile(weights, [0.16, 0.5, 0.84], axis=0)
     # a spread of nothing would hold all texels at the median
@@ -145,11 +145,11 @@ def solve_texels(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray,
     known = found.used.any(axis=1)
     if not known.any():
         return found
-    off = np.flatnonzero(known & (found.left > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.left[known]))))
+    off = np.flatnonzero(known & (found.misfit > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.misfit[known]))))
     if len(off):
         part = seen.some(off)
         again = _solve(fits, part, frame, _find_start(fits, part, frame, prior), prior)
-        better = again.left < found.left[off]
+        better = again.misfit < found.misfit[off]
         for old, new in zip(found, again, strict=True):
             old[off[better]] = new[better]
     return found

@@ -174,12 +174,23 @@ def test_directions_between_samples_reach_as_far_as_these(samples):
 def test_whole_incidences_are_left_out_between_the_flattest_and_the_steepest(samples):
     """Of five incidences the three between, each by itself; of a single one, single samples."""
     theta = np.radians(np.arange(len(samples)) % 5 * 15.0)
-    lots = lattices._parts(replace(samples, theta_i=theta))
+    lots = lattices._folds(replace(samples, theta_i=theta))
     assert set(lots[np.isin(np.arange(len(samples)) % 5, (0, 4))]) == {-1}
     assert len({*lots}) == 4
     for number in (1, 2, 3):
         assert len({*lots[np.arange(len(samples)) % 5 == number]}) == 1
-    assert {*lattices._parts(replace(samples, theta_i=0 * theta))} == {0, 1, 2, 3, 4}
+    assert {*lattices._folds(replace(samples, theta_i=0 * theta))} == {0, 1, 2, 3, 4}
+
+
+def test_incidences_just_below_a_whole_turn_are_left_out_with_those_at_0(samples):
+    """They were taken for those of the next polar angle."""
+    number = np.arange(len(samples))
+    turned = replace(samples, theta_i=np.radians(number % 4 * 0.5), phi_i=np.where(number % 3, 0.0, 2 * np.pi - 1e-6),
+                     isotropic=False)
+    folds = lattices._folds(turned)
+    for step in (1, 2):
+        assert len({*folds[number % 4 == step]}) == 1
+    assert len({*folds}) == 3
 
 
 def test_the_error_at_what_is_left_out_is_that_of_fits_to_the_rest(samples, transform):
@@ -187,7 +198,7 @@ def test_the_error_at_what_is_left_out_is_that_of_fits_to_the_rest(samples, tran
     system, kernel = HalfDifference(), Kernel(1.0, 1e-3)
     samples = replace(samples, theta_i=np.radians(np.arange(len(samples)) % 5 * 15.0))
     x, z = system.encode(*samples.directions), transform.field(samples.values, *samples.directions)
-    found, lots, errors = weights(samples, transform), lattices._parts(samples), []
+    found, lots, errors = weights(samples, transform), lattices._folds(samples), []
     level = lattices._TRIED[3]
     matrix, first = basis(x, level)
     norm = kernel.noise * lattices.precision(level, 3, kernel)[first[:, None], first]
