@@ -5,9 +5,9 @@ from ..core.registration import Registration
 from ..panel import main
 from . import flakes, operators, panel, settings
 
-_TOPICS = (*manual.over_operators("manual/adjusting#adjust-and-mix", "adjust"),
-           *manual.over_operators("manual/adjusting#texture-and-flakes", "add_flakes"),
-           *manual.over_settings("manual/adjusting#adjust-and-mix", "measuredadjustments", "*"))
+_TOPICS = (*manual.operator_topics("manual/adjusting#adjust-and-mix", "adjust"),
+           *manual.operator_topics("manual/adjusting#texture-and-flakes", "add_flakes"),
+           *manual.setting_topics("manual/adjusting#adjust-and-mix", "measuredadjustments", "*"))
 _slice = Registration(settings, operators, flakes, panel, additions=((manual.slice_topics, _TOPICS),
                                                                     (main.mix_part_rows, panel.draw_mix_part)))
 register, unregister = _slice.register, _slice.unregister

@@ -18,7 +18,7 @@ from bpy.props import BoolProperty, EnumProperty
 from ...fitter.library.variations import variation
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender.active_material import active_material, is_editable
-from ..core.blender.transaction import by_session_uid
+from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import compiler
 from ..core.shading import material as materials
 from ..core.storage import edits
@@ -69,12 +69,12 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         try:
             adjustments.move(target, self._chosen(target))
         except Exception as error:
-            return self._failed(error)
+            return self._report_failure(error)
         _apply_soon(target)
         return {"FINISHED"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        target = by_session_uid(bpy.data.materials, self._target)
+        target = find_by_session_uid(bpy.data.materials, self._target)
         if event.type == "TIMER" and target is not None and adjustments.edit_arguments(target) != self._edit:
             self._end(context)              # the user has undone or changed something meanwhile
             _apply_soon(target)
@@ -102,7 +102,7 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         return surface, compiler.compile_surface(surface)
 
     def apply(self, context: bpy.types.Context, prepared: tuple[Surface, compiler.Shader]) -> None:
-        target = by_session_uid(bpy.data.materials, self._target)
+        target = find_by_session_uid(bpy.data.materials, self._target)
         if target is None or not target.is_editable or not materials.is_measured(target):
             raise ValueError("The material has been removed meanwhile")
         surface, shader = prepared
@@ -127,7 +127,7 @@ def _apply() -> float | None:
         if now - when < _PAUSE or modal.running is not None:
             continue
         del _changed[uid]
-        target = by_session_uid(bpy.data.materials, uid)
+        target = find_by_session_uid(bpy.data.materials, uid)
         windows = not_none(bpy.context.window_manager).windows
         if target is not None and windows and not edits.is_as_wanted(target):
             with bpy.context.temp_override(window=windows[0], material=target):

@@ -8,7 +8,7 @@ from ..panel import menu, rendering
 from . import operators
 
 _ENTRIES = menu.entries((operators.MEASUREDBRDF_OT_bake_pbr, "Bake Measured Material..."))
-_TOPICS = manual.over_operators("manual/engines#bake-for-other-programs", "bake_pbr")
+_TOPICS = manual.operator_topics("manual/engines#bake-for-other-programs", "bake_pbr")
 
 
 def _draw_bake(layout: bpy.types.UILayout) -> None:

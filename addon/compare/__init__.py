@@ -9,8 +9,8 @@ from . import curves, operators, presets
 
 _ENTRIES = menu.entries((operators.MEASUREDBRDF_OT_pin, "Compare with This Measured BRDF"),
                         (operators.MEASUREDBRDF_OT_render_look, "Test Render of Measured BRDF"))
-_TOPICS = (*manual.over_operators("manual#compare", "pin", "render_look"),
-           *manual.over_settings("manual#compare", "measuredcomparison", "*"),
+_TOPICS = (*manual.operator_topics("manual#compare", "pin", "render_look"),
+           *manual.setting_topics("manual#compare", "measuredcomparison", "*"),
            ("bpy.types.scene.measured_brdf_comparison*", "manual#compare"))
 _slice = Registration(operators, curves, presets, additions=(
     (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),

@@ -121,14 +121,14 @@ def _split_sphere(first: Shown, second: Shown, at: float) -> tuple[int, Job[Any]
     if waited.result is None:
         return 0, waited
     left, right = (not_none(job.result) for job in jobs)
-    return icons.at_once(("split", *(each.digest for each in evenly), at), lambda: split(left, right, at)), waited
+    return icons.draw_at_once(("split", *(each.digest for each in evenly), at), lambda: split(left, right, at)), waited
 
 
 def draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other: bpy.types.Material) -> None:
     """Draw which material is A and which is B, with their colours."""
     column = layout.column(align=True)
     for letter, each, color in zip("AB", (material, other), PAIR, strict=True):
-        swatch = icons.at_once(("swatch", color), partial(np.full, (16, 16, 4), color, np.float32))
+        swatch = icons.draw_at_once(("swatch", color), partial(np.full, (16, 16, 4), color, np.float32))
         column.label(text=f"{letter}: {each.name}", icon_value=swatch)
 
 
@@ -163,7 +163,7 @@ def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> tuple[str,
             f"{sum(part.coefficients for part in parts):,}", f"{sum(part.bytes for part in parts):,}",
             f"{settings.rmse:.3g}" if settings.coefficients and math.isfinite(settings.rmse) else "-",
             " ".join(percent[:1] if len(set(percent)) == 1 else percent) or ("-" if albedo.finished else "..."),
-            f"{rendered.in_scene(material, scene).error:.1%}")
+            f"{rendered.scene_rendering(material, scene).error:.1%}")
 
 
 def _worst(errors: list[float], limits: tuple[float, ...]) -> str:
@@ -190,7 +190,7 @@ class MEASUREDBRDF_PT_look(SubPanel, bpy.types.Panel):
         if len(made) < len(wanted):
             return
         (first, *_), (last, *_) = made[0], made[-1]
-        icon = icons.at_once(("look", *(number for _, number in made), round(chosen.divide, 2)),
+        icon = icons.draw_at_once(("look", *(number for _, number in made), round(chosen.divide, 2)),
                              lambda: split(first, last, chosen.divide) if other is not None else first)
         layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         if other is not None:

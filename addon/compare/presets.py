@@ -10,7 +10,7 @@ from ..core.annotations import Arguments, not_none
 from ..core.storage.outcomes import Data, FitRequest
 from ..core.storage.properties import OFFERED, ORIGINAL, PRESET_ITEMS, name_of_fit
 from ..panel import costs
-from ..panel.layout import MaterialPanel, draw_picture, is_narrow, picture_button, picture_scale, wrapped
+from ..panel.layout import MaterialPanel, draw_picture, is_narrow, picture_button, picture_scale, wrap_text
 from ..work import queries
 from ..work.job import Job
 
@@ -46,7 +46,7 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
                       and hasattr(bpy.types, "MEASURED_BRDF_OT_fit"))
         for name in (*OFFERED, ORIGINAL):
             _draw_preset(grid, name, shown[name], picture_scale(context, columns), can_choose)
-        for line in wrapped("RMSE at the samples, and Error at Unseen Angles, 1/sr"):
+        for line in wrap_text("RMSE at the samples, and Error at Unseen Angles, 1/sr"):
             layout.label(text=line)
 
 

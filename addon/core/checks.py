@@ -46,7 +46,7 @@ def _outputs(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iter
     """Materials whose output for the engine has another surface."""
     engine = "EEVEE" if rendered.is_eevee_used(scene) else "Cycles"
     for item in used:
-        if rendered.in_scene(item, scene).how == rendered.OTHER:
+        if rendered.scene_rendering(item, scene).how == rendered.OTHER:
             yield Finding(f"output:{item.name}", f"{item.name} does not show the measurements: the output for {engine} "
                           f"has another surface. Connect the node group to one whose Target is {engine}")
 
@@ -159,7 +159,7 @@ def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
     if item is None or scene.objects.get(item.name) != item or not tangents.can_be_judged(item):
         return
     for material in tangents.anisotropic(item):
-        node, key = tangents.node_of(material), f"tangent:{material.name}"
+        node, key = tangents.find_tangent_node(material), f"tangent:{material.name}"
         if node is None and not tangents.is_turned(item.data):
             message = (f"The direction of {material.name} runs around the Z axis of {item.name}, as a lathe leaves it, "
                        "and the object has another shape")

@@ -24,30 +24,30 @@ Topics = tuple[tuple[str, str], ...]
 """What F1 is pressed over, and the page and heading that treats it; the first that fits is taken."""
 
 
-def over_operators(topic: str, *names: str) -> Topics:
+def operator_topics(topic: str, *names: str) -> Topics:
     return tuple((f"{_OPERATORS}{name}", topic) for name in names)
 
 
-def over_settings(topic: str, group: str, *names: str) -> Topics:
+def setting_topics(topic: str, group: str, *names: str) -> Topics:
     """The topic of the settings in a property group; names may have wildcards."""
     return tuple((f"bpy.types.{group}.{name}", topic) for name in names)
 
 
 _TOPICS: Topics = (
-    *over_operators("manual#fit", "cancel"),
-    *over_operators("manual/engines#choose", "enable_osl", "use_method"),
-    *over_operators("manual#render", "check_scene", "fix_setting"),
-    *over_operators("manual/engines#export", "check_export"),
-    *over_operators("start#the-first-material", "add_studio"),
-    *over_operators("manual#keep-and-reuse", "make_local"),
-    *over_operators("manual#files-of-an-older-version", "update_materials"),
-    *over_operators("manual/adjusting#mix-measured-materials", "add_node"),
-    *over_settings("formats#units-and-conventions", "measuredmaterial", *OPTIONS),
-    *over_settings("manual#get-data-in", "measuredmaterial", "filepath", "sample"),
-    *over_settings("manual#curves", "measuredmaterial", "shown_*"),
-    *over_settings("manual/engines#choose", "measuredmaterial", "rendering"),
-    *over_settings("manual#choose-what-it-may-cost", "measuredmaterial", "*"),
-    *over_settings("manual#preferences", "measuredpreferences", "*"),
+    *operator_topics("manual#fit", "cancel"),
+    *operator_topics("manual/engines#choose", "enable_osl", "use_method"),
+    *operator_topics("manual#render", "check_scene", "fix_setting"),
+    *operator_topics("manual/engines#export", "check_export"),
+    *operator_topics("start#the-first-material", "add_studio"),
+    *operator_topics("manual#keep-and-reuse", "make_local"),
+    *operator_topics("manual#files-of-an-older-version", "update_materials"),
+    *operator_topics("manual/adjusting#mix-measured-materials", "add_node"),
+    *setting_topics("formats#units-and-conventions", "measuredmaterial", *OPTIONS),
+    *setting_topics("manual#get-data-in", "measuredmaterial", "filepath", "sample"),
+    *setting_topics("manual#curves", "measuredmaterial", "shown_*"),
+    *setting_topics("manual/engines#choose", "measuredmaterial", "rendering"),
+    *setting_topics("manual#choose-what-it-may-cost", "measuredmaterial", "*"),
+    *setting_topics("manual#preferences", "measuredpreferences", "*"),
 )
 _ANYTHING_ELSE: Topics = ((f"{_OPERATORS}*", "manual"), ("bpy.types.material.measured_brdf*", "manual"))
 slice_topics: list[Topics] = []

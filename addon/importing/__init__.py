@@ -18,11 +18,11 @@ _IN_FILE_MENU = menu.entries(
     (import_data.MEASUREDBRDF_OT_import_folder, "Measured BRDFs (folder)"))
 _IN_DATA_MENU = menu.entries(*_OF_FILES)
 _IN_ADD_MENU = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import..."))
-_TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample",
+_TOPICS = (*manual.operator_topics("manual#get-data-in", "import_data", "import_folder", "choose_sample",
                                  "name_columns"),
-           *manual.over_operators("manual#fit", "fit"),
-           *manual.over_operators("manual#choose-what-it-may-cost", "use_preset"),
-           *manual.over_operators("manual#keep-and-reuse", "find_file", "find_missing", "forget_paths"))
+           *manual.operator_topics("manual#fit", "fit"),
+           *manual.operator_topics("manual#choose-what-it-may-cost", "use_preset"),
+           *manual.operator_topics("manual#keep-and-reuse", "find_file", "find_missing", "forget_paths"))
 
 
 def _draw_import(layout: bpy.types.UILayout) -> None:

@@ -11,7 +11,7 @@ from ..core.shading import material as materials
 from ..core.shading import node_group
 from ..core.storage.outcomes import Data
 from ..core.storage.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, quality_summary
-from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_value, wrapped
+from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_value, wrap_text
 from ..work import queries
 from . import fit
 
@@ -63,7 +63,7 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
         column = layout.column(align=True)
         for name, value in rows(material):
             draw_value(column, name, value)
-        for line in wrapped(material.measured_brdf.changes):
+        for line in wrap_text(material.measured_brdf.changes):
             layout.label(text=line)
 
 

@@ -14,7 +14,7 @@ from ...fitter.formats.reading import OPTIONS
 from ...fitter.methods.presets import PRESET_DESCRIPTIONS
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.blender.active_material import active_material, is_editable
-from ..core.blender.transaction import by_session_uid
+from ..core.blender.transaction import find_by_session_uid
 from ..core.checks import Finding
 from ..core.shading import compiler, material, rendered
 from ..core.storage import reading
@@ -61,11 +61,11 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
             return begin_another(self, "find_file", preset=self.preset, refit=True)
         return self.start(context)
 
-    def _failed(self, error: Exception) -> OperatorResult:
+    def _report_failure(self, error: Exception) -> OperatorResult:
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
             # the other operator asks, and starts anew
             return begin_another(self, "choose_sample", filepath=self.filepath, for_material=True, refit=self.preset)
-        return InBackground._failed(self, error)
+        return InBackground._report_failure(self, error)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         target = not_none(active_material(context))
@@ -90,7 +90,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
 
     def apply(self, context: bpy.types.Context, prepared: tuple[Outcome, compiler.Shader]) -> None:
         outcome, shader = prepared
-        target = by_session_uid(bpy.data.materials, self._target)
+        target = find_by_session_uid(bpy.data.materials, self._target)
         if target is None or not target.is_editable:
             raise ValueError("The material has been removed meanwhile")
         before, space = target.measured_brdf.digest, target.measured_brdf.colours

@@ -58,7 +58,7 @@ or else to all selected ones"""
             if len(paths) == 1 and not self.sample and len(list_samples(paths[0], self.columns or None)) > 1:
                 return self._ask_for_sample()
         except ColumnsUnknownError as error:
-            return self._failed(error)
+            return self._report_failure(error)
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -83,8 +83,8 @@ or else to all selected ones"""
             return self.run(context)
         return super().execute(context)
 
-    def given(self) -> dict[str, Any]:
-        return super().given() | {"complaint": ""}
+    def property_values(self) -> dict[str, Any]:
+        return super().property_values() | {"complaint": ""}
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
@@ -95,19 +95,19 @@ or else to all selected ones"""
             partial(tasks.outcomes, [(path, self.sample) for path in paths], fit_arguments(self),
                     how=load_arguments(self), ask=ask))
 
-    def _failed(self, error: Exception) -> OperatorResult:
+    def _report_failure(self, error: Exception) -> OperatorResult:
         # another operator asks, and starts anew
         if _can_ask(self):
             if isinstance(error, UnitsUnknownError):
                 checked = self.is_checked or isinstance(error, ImplausibleError)
-                return begin_another(self, "import_data", **self.given() | {
+                return begin_another(self, "import_data", **self.property_values() | {
                     "complaint": str(error), "is_checked": checked})
             if isinstance(error, ColumnsUnknownError) and len(self._paths()) == 1:
                 return begin_another(self, "name_columns", **choices_and_target(self) | {
                     "filepath": self._paths()[0], "complaint": str(error)})
             if isinstance(error, SampleUnknownError):
                 return self._ask_for_sample()
-        return MakesMaterials._failed(self, error)
+        return MakesMaterials._report_failure(self, error)
 
     def _ask_for_sample(self) -> OperatorResult:
         return begin_another(self, "choose_sample", **choices_and_target(self) | {"filepath": self._paths()[0]})

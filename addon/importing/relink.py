@@ -11,7 +11,7 @@ from bpy_extras.io_utils import ImportHelper
 from ...fitter.formats import is_there
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender.active_material import active_material, can_change
-from ..core.blender.transaction import by_session_uid
+from ..core.blender.transaction import find_by_session_uid
 from ..core.storage import paths
 from ..core.storage.reading import load_arguments
 from ..work import process, tasks
@@ -75,7 +75,7 @@ Fits stay as they are"""
 
     def apply(self, _context: bpy.types.Context, found: list[str]) -> None:
         for uid, path in zip(self._missing, found, strict=True):
-            target = by_session_uid(bpy.data.materials, uid)
+            target = find_by_session_uid(bpy.data.materials, uid)
             if target is None or not target.is_editable:
                 continue
             if path:

@@ -8,7 +8,7 @@ from ..panel import main, menu
 from . import operators, session
 
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"))
-_TOPICS = manual.over_operators("manual#look-at-the-lobe", "inspect")
+_TOPICS = manual.operator_topics("manual#look-at-the-lobe", "inspect")
 
 
 def _draw_button(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:

@@ -16,7 +16,7 @@ from ...fitter.arrays import FloatArray
 from ...fitter.model import Reflectance, published
 from ...fitter.model.mix import Mix
 from ..core.annotations import not_none
-from ..core.blender.transaction import by_session_uid
+from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import comparison, mixing
 from ..core.shading import material as materials
 from ..work import queries
@@ -86,11 +86,11 @@ class Session:
 
     def item(self) -> bpy.types.Object | None:
         """The object, if it is still there."""
-        return by_session_uid(bpy.data.objects, self.inspection.spot.item)
+        return find_by_session_uid(bpy.data.objects, self.inspection.spot.item)
 
     def material(self) -> bpy.types.Material | None:
         """The material, if it is still there and measured."""
-        material = by_session_uid(bpy.data.materials, self.inspection.spot.material)
+        material = find_by_session_uid(bpy.data.materials, self.inspection.spot.material)
         return None if material is None or not materials.is_shown(material) else material
 
     def redraw(self) -> None:

@@ -13,7 +13,7 @@ from mathutils import Vector
 
 from ...fitter.arrays import ArrayLike, FloatArray, IntArray
 from ..core.annotations import not_none
-from ..core.blender.previews import picture_of
+from ..core.blender.previews import image_pixels
 from ..core.shading import material as materials
 from ..core.shading import mixing, tangents
 from ..core.shading.export_inputs import grey_weights, linear_colours
@@ -123,7 +123,7 @@ def _tangent(material: bpy.types.Material, evaluated: bpy.types.Object, corners:
     """The tangent in the coordinates of the object, whether it is taken to the world as a normal, and where it comes
     from."""
     socket = materials.tangent_input(material)
-    node: Any = tangents.node_of(material) if socket is not None else None
+    node: Any = tangents.find_tangent_node(material) if socket is not None else None
     axis, origin = "Z", "around Z"
     if node is not None and node.type == "TANGENT":
         if node.direction_type == "UV_MAP":
@@ -193,7 +193,7 @@ def image_value(socket: Any, uv_maps: Mapping[str, FloatArray]) -> float | None:
     share = np.zeros(2) if is_nearest else place - corner
     x, y = (_EDGES[node.extension](np.array([first, first + 1]), length)
             for first, length in zip(corner, node.image.size, strict=True))
-    grey = linear_colours(node.image, picture_of(node.image)[np.ix_(y, x)].astype(float)[..., :3]) @ grey_weights()
+    grey = linear_colours(node.image, image_pixels(node.image)[np.ix_(y, x)].astype(float)[..., :3]) @ grey_weights()
     weights = np.outer([1 - share[1], share[1]], [1 - share[0], share[0]])
     return float(np.clip((weights * grey).sum(), 0, 1))
 

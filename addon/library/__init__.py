@@ -14,8 +14,8 @@ from . import command, operators
 _ENTRIES = menu.entries((operators.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
                         (operators.MEASUREDBRDF_OT_save_asset, "Save Measured BRDF to Asset Library"))
 _IN_FILE_MENU = menu.entries((operators.MEASUREDBRDF_OT_convert_folder, "Measured BRDFs (folder to asset library)"))
-_TOPICS = (*manual.over_operators("manual#keep-and-reuse", "save_asset"),
-           *manual.over_operators("manual#a-folder-into-an-asset-library", "convert_folder"))
+_TOPICS = (*manual.operator_topics("manual#keep-and-reuse", "save_asset"),
+           *manual.operator_topics("manual#a-folder-into-an-asset-library", "convert_folder"))
 
 
 def _draw_save(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:

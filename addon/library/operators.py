@@ -124,7 +124,7 @@ in other files"""
                 if bpy.data.filepath:
                     assets.write_catalogue(Path(bpy.data.filepath).parent)
         except Exception as error:
-            return self._failed(error)
+            return self._report_failure(error)
         self.report({"INFO"}, f"{target.name} is an asset of this file")
         return {"FINISHED"}
 

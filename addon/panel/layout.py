@@ -71,11 +71,11 @@ def name_beside_value(layout: bpy.types.UILayout) -> None:
 def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR") -> None:
     """Draw text in several lines, with an icon at the first."""
     column = layout.column(align=True)
-    for number, line in enumerate(wrapped(text)):
+    for number, line in enumerate(wrap_text(text)):
         column.label(text=line, icon=icon if number == 0 else "BLANK1")
 
 
-def wrapped(text: str) -> tuple[str, ...]:
+def wrap_text(text: str) -> tuple[str, ...]:
     """Text in lines as wide as the region that is drawn."""
     return _wrap(text, 1, _MARGIN, 0, True)
 
@@ -103,7 +103,7 @@ def _wrap(text: str, columns: float, margin: int, beside: int, breaks_words: boo
 
 def fits(text: str) -> bool:
     """Whether text has room on a button as wide as the region that is drawn."""
-    return bpy.context.region is None or len(wrapped(text)) == 1
+    return bpy.context.region is None or len(wrap_text(text)) == 1
 
 
 @lru_cache(maxsize=512)

@@ -95,7 +95,7 @@ def draw_running(row: bpy.types.UILayout) -> bool:
     if modal.running is None:
         return False
     after = f" ({len(modal.waiting)} waiting)" if modal.waiting else ""
-    left = modal.running.left(time.monotonic())
+    left = modal.running.time_left(time.monotonic())
     row.progress(factor=modal.running.fraction,
                  text=f"{modal.running.doing}{after}" + (f": {left}" if left else ""))
     row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")

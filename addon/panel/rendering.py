@@ -86,7 +86,7 @@ class MEASUREDBRDF_PT_rendering(SubPanel, bpy.types.Panel):
         buttons = choices(layout, [label for _, label, _ in RENDERINGS])
         for key, label, _ in RENDERINGS:
             buttons.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
-        now = rendered.in_scene(material, scene)
+        now = rendered.scene_rendering(material, scene)
         as_chosen = chosen in (AUTOMATIC, now.how)
         draw_wrapped(layout, rendered.sentence(now, chosen), "INFO" if as_chosen else "ERROR")
         if now.can_enable:
@@ -117,7 +117,7 @@ class MEASUREDBRDF_PT_rendering(SubPanel, bpy.types.Panel):
 
 def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     """Say in a line how a material is rendered, and offer OSL where that helps."""
-    now = rendered.in_scene(material, not_none(context.scene))
+    now = rendered.scene_rendering(material, not_none(context.scene))
     row = layout.row(align=True)
     row.label(text=rendered.rendering_words(now, _is_previewed(context)), icon="SHADING_RENDERED")
     if now.can_enable:

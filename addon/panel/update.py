@@ -7,7 +7,7 @@ import bpy
 
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender.active_material import active_material, can_change
-from ..core.blender.transaction import by_session_uid
+from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import compiler, material
 from ..core.storage import paths
 from ..core.storage.outcomes import EmbeddedFit
@@ -47,7 +47,7 @@ The fits do not change, and the measurements are not needed"""
         updated = 0
         failed: list[str] = []
         for shader, uids in zip(prepared, self._users, strict=True):
-            users = [item for uid in uids if (item := by_session_uid(bpy.data.materials, uid)) is not None]
+            users = [item for uid in uids if (item := find_by_session_uid(bpy.data.materials, uid)) is not None]
             if isinstance(shader, Exception):
                 failed += [f"{item.name}: {shader}. Refit it instead" for item in users]
             elif users:

@@ -16,10 +16,10 @@ _IN_FILE_MENU = menu.entries((MEASUREDBRDF_OT_measure_photographs, "Photographs 
                              (MEASUREDBRDF_OT_measure_sample_photographs,
                               "Photographs of a Flat Sample (measured BRDF)"))
 _PAGE = "manual/measure-your-own"
-_TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", "fit_outline", "place_lamp",
+_TOPICS = (*manual.operator_topics(f"{_PAGE}#in-blender", "measure_photographs", "fit_outline", "place_lamp",
                                   "measure_ball", "compare_photograph"),
-           *manual.over_operators(f"{_PAGE}#a-flat-sample-in-blender", "measure_sample", "measure_sample_photographs"),
-           *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotographs", "*"))
+           *manual.operator_topics(f"{_PAGE}#a-flat-sample-in-blender", "measure_sample", "measure_sample_photographs"),
+           *manual.setting_topics(f"{_PAGE}#in-blender", "measuredphotographs", "*"))
 
 
 _slice = Registration(settings, operators, flat, panel, additions=(

@@ -16,7 +16,7 @@ from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.description.parsing import parse
 from ..core.annotations import not_none
 from ..core.blender import osl_support
-from ..core.blender.previews import picture_of
+from ..core.blender.previews import image_pixels
 from ..core.storage.reading import scene_colours
 
 _SOURCE = "scene.blend"
@@ -75,7 +75,7 @@ def _render_part(scene: Any, part: Part, shape: tuple[int, ...], size: int, path
     settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGBA"
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True, scene=scene.name)
-    return picture_of(bpy.data.images.load(str(path)))[::-1]
+    return image_pixels(bpy.data.images.load(str(path)))[::-1]
 
 
 def read_answer(folder: Path) -> RenderedPair:

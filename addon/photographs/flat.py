@@ -13,7 +13,7 @@ from ...fitter.photographs.capture import Resolved
 from ...fitter.photographs.description.capture_setup import CameraSetup
 from ..core.annotations import not_none
 from ..core.blender import osl_support
-from ..core.blender.transaction import by_session_uid
+from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import compiler, material, mixing
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..core.storage.properties import default_choices, fit_arguments, use_preset
@@ -103,7 +103,7 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
     def apply(self, context: bpy.types.Context,
               prepared: tuple[measuring.SampleResult, CameraSetup, list[compiler.Shader]]) -> None:
         (maps, camera, shaders), settings = prepared, photographs.get(self.scene())
-        chosen = [by_session_uid(bpy.data.materials, uid) for uid in self._uids]
+        chosen = [find_by_session_uid(bpy.data.materials, uid) for uid in self._uids]
         if None in chosen:
             raise ValueError("A material that was chosen has been removed meanwhile")
         parts = [*map(not_none, chosen), *_create(maps.outcomes, shaders, context)]

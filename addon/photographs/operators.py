@@ -17,7 +17,7 @@ from ...fitter.photographs.description.capture_setup import CaptureSetup
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import osl_support, targets
-from ..core.blender.transaction import by_session_uid
+from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import compiler, material
 from ..core.storage.properties import default_choices, fit_arguments, quality_summary, use_preset
 from ..core.storage.reading import load_arguments, scene_colours
@@ -53,7 +53,7 @@ class HasPhotographs(InBackground):
 
     def scene(self) -> bpy.types.Scene:
         """The scene that was remembered. ValueError if it, or what is measured, has been removed meanwhile."""
-        scene = by_session_uid(bpy.data.scenes, self._scene)
+        scene = find_by_session_uid(bpy.data.scenes, self._scene)
         if scene is None or photographs.surface(photographs.get(scene)) is None:
             raise ValueError("The scene of the photographs has been removed meanwhile")
         return scene
@@ -134,7 +134,7 @@ their folder, or a description (.toml, .lp)"""
         if not self.to_scene:
             self.show(context, stage.make(described))
             return
-        scene = by_session_uid(bpy.data.scenes, self._scene)
+        scene = find_by_session_uid(bpy.data.scenes, self._scene)
         known = [] if scene is None else list(photographs.lamps(photographs.get(scene)))
         if scene is None or not known:
             raise ValueError("This scene has no photographs to measure")
@@ -185,7 +185,7 @@ light positions (.lp, a project of relight); the lamp of this photograph by one 
                                            scene.name, paths, self.distance, bpy.path.abspath(settings.chrome_mask)))
 
     def apply(self, _context: bpy.types.Context, places: list[list[float] | None]) -> None:
-        lamps = [by_session_uid(bpy.data.objects, uid) for uid in self._lamps]
+        lamps = [find_by_session_uid(bpy.data.objects, uid) for uid in self._lamps]
         if None in lamps:
             raise ValueError("A lamp has been removed meanwhile")
         for lamp, place in zip(lamps, places, strict=True):

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..core.annotations import not_none
-from ..core.blender.previews import picture_of
+from ..core.blender.previews import image_pixels
 from ..core.storage.properties import draw_presets
 from ..panel.layout import draw_warning, draw_wrapped, name_beside_value, picture_scale
 from ..panel.main import draw_running
@@ -226,8 +226,8 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
         layout.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
         if shot.comparison is None:
             return
-        icon = icons.at_once(("photograph", shot.comparison.session_uid, shot.difference),
-                             partial(picture_of, shot.comparison))
+        icon = icons.draw_at_once(("photograph", shot.comparison.session_uid, shot.difference),
+                             partial(image_pixels, shot.comparison))
         layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         column = layout.column(align=True)
         judged = photographs.judge_render(shot.name, shot.difference)

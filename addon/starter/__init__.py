@@ -9,11 +9,11 @@ from . import compiling, operators, panel, shelf, starter
 _ENTRY = menu.entries(
     (operators.MEASUREDBRDF_OT_translucent_material, "Translucent Measured BRDF"),
     (operators.MEASUREDBRDF_OT_add_starter_library, "Starter Library of Measured BRDFs to the Asset Browser"))
-_TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_published", "favourite",
+_TOPICS = (*manual.operator_topics("manual#start-from-the-library", "use_published", "favourite",
                                   "translucent_material",
                                   "add_starter_library", "match_photograph"),
-           *manual.over_settings("manual#your-data-folder", "measuredshelf", "data_search"),
-           *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))
+           *manual.setting_topics("manual#your-data-folder", "measuredshelf", "data_search"),
+           *manual.setting_topics("manual#start-from-the-library", "measuredshelf", "*"))
 _slice = Registration(operators, panel, compiling, additions=(
     (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (command.commands, starter.add_command),
     (main.start_buttons, panel.draw_button), (icons.sample_icons, shelf.sample_icon)))

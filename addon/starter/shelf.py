@@ -105,7 +105,7 @@ def published_icon(name: str) -> int:
     if name in _coming:
         together = next((each for each in _together() if name in each), (name,))
         queue.ask(("library", together), partial(thumbnails.library_pictures, together), "read", then=_keep_library)
-    return _icons.known(key)
+    return _icons.find(key)
 
 
 def coming() -> set[str]:
@@ -145,14 +145,14 @@ def measurement_icon(measurement: thumbnails.FolderEntry, how: Arguments) -> tup
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
     key: icons.Key = ("watched", *measurement, tasks.freeze(how))
     if key in _icons:
-        return _icons.known(key), None
+        return _icons.find(key), None
     if key in _failed:
         return 0, _failed[key]
     work = partial(thumbnails.measurement_picture, measurement, str(user_folder("thumbnails")), how)
     job = queue.ask(("thumbnail", *key), work, "slow", then=lambda done: _icons.add(key, not_none(done.result)))
     if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
         _failed[key] = job.error
-    return _icons.known(key), job.error
+    return _icons.find(key), job.error
 
 
 def sample_icon(path: str, sample: str) -> int:
@@ -170,7 +170,7 @@ def sample_icon(path: str, sample: str) -> int:
         job = queue.ask(key, partial(thumbnails.measurement_picture, found, str(user_folder("thumbnails")),
                                      {"colours": DEFAULT_COLOURS}), "slow", then=partial(_keep_sample, key))
         job.asked += _PATIENCE
-    return _icons.known(key)
+    return _icons.find(key)
 
 
 def _keep_sample(key: icons.Key, job: Job[SingleArray]) -> None:

@@ -27,7 +27,7 @@ class Icons:
     def __contains__(self, key: Key) -> bool:
         return key in self._ids
 
-    def known(self, key: Key) -> int:
+    def find(self, key: Key) -> int:
         """The icon of a picture; 0 where there is none."""
         if key not in self._ids:
             return 0
@@ -75,11 +75,11 @@ def icon(key: Key, function: Callable[[], Any], latest: bool = False) -> tuple[i
     if latest:
         queue.forget(lambda other: isinstance(other, tuple) and other[:2] == key[:2] and other != key)
     job = queue.ask(key, function, then=make)
-    return _icons.known(key) or _icons.earlier(key), job
+    return _icons.find(key) or _icons.earlier(key), job
 
 
-def at_once(key: Key, draw: Callable[[], SingleArray | None]) -> int:
+def draw_at_once(key: Key, draw: Callable[[], SingleArray | None]) -> int:
     """The icon of a picture that takes no time to draw; 0 where there is none."""
     if key not in _icons and (picture := draw()) is not None:
         _icons.add(key, picture)
-    return _icons.known(key)
+    return _icons.find(key)

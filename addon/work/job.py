@@ -43,7 +43,7 @@ class Job(Generic[_Result]):
     asked: float = 0.0                  # when a panel last asked for the result
     _began: float | None = None
 
-    def left(self, now: float) -> str:
+    def time_left(self, now: float) -> str:
         """How long the rest takes at the pace so far, for users; empty while too little is known of the pace.
 
         `now` is of `time.monotonic`. The time counts from the first call: an operator calls it at every tick.

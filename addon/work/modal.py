@@ -69,7 +69,7 @@ class InBackground(OperatorMixIn):
                     pass
             self._apply(context)
         except Exception as error:
-            return self._failed(error)
+            return self._report_failure(error)
         return {"FINISHED"}
 
     def start(self, context: bpy.types.Context) -> OperatorResult:
@@ -83,7 +83,7 @@ class InBackground(OperatorMixIn):
             else:
                 self._wait(work)
         except Exception as error:
-            return self._failed(error)
+            return self._report_failure(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -101,7 +101,7 @@ class InBackground(OperatorMixIn):
             done = self._step(context)
         except Exception as error:
             self._end(context)
-            return self._failed(error)
+            return self._report_failure(error)
         except BaseException:
             self._end(context)
             raise
@@ -110,7 +110,7 @@ class InBackground(OperatorMixIn):
             return {"FINISHED"}
         if context.workspace is not None:
             context.workspace.status_text_set("    ".join(filter(None, (
-                self._job.doing, f"{self._job.fraction:.0%}", self._job.left(time.monotonic()), "Esc: Cancel"))))
+                self._job.doing, f"{self._job.fraction:.0%}", self._job.time_left(time.monotonic()), "Esc: Cancel"))))
         queue.redraw()
         return {"PASS_THROUGH"}
 
@@ -136,7 +136,7 @@ class InBackground(OperatorMixIn):
                 self._begin(waiting.pop(0))
             except Exception as error:
                 self._end(context)
-                return self._failed(error)
+                return self._report_failure(error)
         return {"PASS_THROUGH"}
 
     def _step(self, context: bpy.types.Context) -> bool:
@@ -167,7 +167,7 @@ class InBackground(OperatorMixIn):
         with transaction.new_data_removed_on_error():
             self.apply(context, self._prepared)
 
-    def _failed(self, error: Exception) -> OperatorResult:
+    def _report_failure(self, error: Exception) -> OperatorResult:
         """Report an error, an unexpected one with a traceback on the console: what `execute` or `modal` returns."""
         if isinstance(error, EXPECTED_ERRORS):
             self.report({"ERROR"}, str(error))
@@ -229,9 +229,9 @@ class AsksForPath(InBackground):
         # called by the file browser or a dialog, it starts anew as a modal operator: the window stays responsive
         if not self.options.is_invoke or self.options.is_repeat or bpy.app.background:
             return self.run(context)
-        return begin_another(self, type(self).__name__.partition("_OT_")[2], **self.given())
+        return begin_another(self, type(self).__name__.partition("_OT_")[2], **self.property_values())
 
-    def given(self) -> dict[str, Any]:
+    def property_values(self) -> dict[str, Any]:
         """What the operator was given, for another that goes on with it."""
         properties: dict[str, Any] = not_none(self.as_keywords(ignore=("filter_glob",)))
         return {name: [{"name": item.name} for item in value] if name == "files" else value

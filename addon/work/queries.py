@@ -40,7 +40,7 @@ def cost(measured: Data, arguments: Arguments) -> tuple[Job[Fitted], Job[float]]
 
 def fitting_job(measured: Data, arguments: Arguments) -> Job[Fitted]:
     """The job that fits."""
-    return queue.ask(_key("fit", measured, arguments), partial(tasks.fitted_of, measured, arguments))
+    return queue.ask(_key("fit", measured, arguments), partial(tasks.fit_data, measured, arguments))
 
 
 def held_out(measured: Data, arguments: Arguments) -> Job[float]:
@@ -81,7 +81,7 @@ def fit_job(material: bpy.types.Material, masked: float | None = None) -> Job[Re
     as `shown` takes it.
     """
     stored = shown_fits(material, masked)
-    return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.fit_of, stored))
+    return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.shown_reflectance, stored))
 
 
 def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
@@ -95,7 +95,7 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
     icon, job = lit_sphere(material.session_uid, stored, None if as_it_is else edits.edit_arguments(material))
     text = material.measured_brdf.sphere
     if not icon and text:
-        icon = icons.at_once(("small sphere", hash(text)), lambda: unpack(text))
+        icon = icons.draw_at_once(("small sphere", hash(text)), lambda: unpack(text))
     return icon, job
 
 

@@ -321,7 +321,7 @@ def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
     return Fitted(made, fitter.error_metrics(samples.values, made.evaluate(*samples.directions)), seconds)
 
 
-def fitted_of(data: Data, arguments: Arguments) -> Fitted:
+def fit_data(data: Data, arguments: Arguments) -> Fitted:
     """As `fit_once`."""
     return fit_once(load_samples(data), data.digest, arguments)
 
@@ -350,7 +350,7 @@ def lit_sphere(shown: Shown, edit: Arguments | None) -> SingleArray:
     """
     if isinstance(shown, KeptMix) and shown.share is None:
         return pictures.split(lit_sphere(shown.first, None), lit_sphere(shown.second, None))
-    made = fit_of(shown)
+    made = shown_reflectance(shown)
     if edit is not None and isinstance(made, fitter.Fit):
         made = fitter.edited(made, **edit)
     return pictures.lit_sphere(made, colours=shown.colours, with_tangent=True)
@@ -361,19 +361,19 @@ def polar_plot(fits: Sequence[Reaching], data: Data | None, theta_i: float,
     """The plot of a plane of incidence of one fit or of two, and the angle of incidence of the samples in it (radians),
     nan without measurements. Raises ValueError if there is no fit."""
     progress.report(0.0, "Drawing")
-    plotted = [plane_plot.Plotted(fit_of(shown), shown.colours, reaches) for shown, reaches in fits]
+    plotted = [plane_plot.Plotted(shown_reflectance(shown), shown.colours, reaches) for shown, reaches in fits]
     return plane_plot.polar_plot(plotted, None if data is None else load_samples(data), theta_i, phi_i=phi_i)
 
 
 def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
-    return plane_plot.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
+    return plane_plot.turned_plane(shown_reflectance(shown), theta_i, colours=shown.colours)
 
 
 def normal_albedo(kept: EmbeddedFit | KeptMix) -> FloatArray:
     """The albedo of a fit for light along the normal, (3,), linear. Raises ValueError if there is no fit."""
     progress.report(0.0, "Albedo")
-    return np.broadcast_to(physics.directional_albedo(fit_of(kept), [0.0])[0], 3).copy()
+    return np.broadcast_to(physics.directional_albedo(shown_reflectance(kept), [0.0])[0], 3).copy()
 
 
 def samples_near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
@@ -394,13 +394,14 @@ def kept_bytes(fit: fitter.Fit) -> bytes:
     return replace(fit, name="", source="").to_bytes()
 
 
-def fit_of(shown: Shown) -> fitter.Fit | Mix:
+def shown_reflectance(shown: Shown) -> fitter.Fit | Mix:
     """The reflectance that is shown. Raises ValueError if there is none."""
     if isinstance(shown, FitRequest):
-        return fitted_of(*shown).fit
+        return fit_data(*shown).fit
     if isinstance(shown, EmbeddedFit):
         return kept_fit(shown)
-    return Mix(fit_of(shown.first), fit_of(shown.second), 0.5 if shown.share is None else shown.share)
+    return Mix(shown_reflectance(shown.first), shown_reflectance(shown.second),
+               0.5 if shown.share is None else shown.share)
 
 
 def digest(samples: fitter.Samples) -> str:

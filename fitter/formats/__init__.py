@@ -228,8 +228,9 @@ def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
 def list_files(path: str | Path) -> list[Path]:
     """A file of measurements, and those that `load` reads with it."""
     path = Path(path)
-    known = next((known for known in FORMATS if known.files_of and path.suffix.lower() in known.extensions), None)
-    others = [] if known is None or known.files_of is None else [each for each in known.files_of(path) if each != path]
+    known = next((known for known in FORMATS if known.list_parts and path.suffix.lower() in known.extensions), None)
+    others = [] if known is None or known.list_parts is None else [
+        each for each in known.list_parts(path) if each != path]
     return [path, *others]
 
 

@@ -37,7 +37,7 @@ from ..samples import Samples
 from . import unmeasured
 from .columns import angles_note, look_like_degrees, reflectance, to_brdf
 from .format import Format
-from .isotropy import finished
+from .isotropy import decide_symmetry
 from .names import ANGLES, parse, role
 from .reading import BY_DEFAULT, QUANTITIES, Reading
 from .text import check_angles, decode, line_number, lines, parse_number, parse_rows
@@ -81,7 +81,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
     samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path),
                       (*notes, *of_quantity, *more))
-    return finished(unmeasured.remove_unmeasured(samples, reading), reading)
+    return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
 @dataclass(frozen=True)

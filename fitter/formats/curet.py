@@ -71,7 +71,7 @@ def read(path: str | Path, content: bytes, sample: int) -> Samples:
                    SAMPLE_NAMES[sample - 1], str(path), saturated=np.max(over, axis=0) > 0 if over else None)
 
 
-def files_of(path: Path) -> list[Path]:
+def list_parts(path: Path) -> list[Path]:
     """The files that are read with one, itself included."""
     return [*(_color_files(path) or [path]), *_overflow_files(path)]
 
@@ -129,4 +129,4 @@ def _color_files(path: Path) -> list[Path] | None:
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,
-                read_with=read_with, files_of=files_of)
+                read_with=read_with, list_parts=list_parts)

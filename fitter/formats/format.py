@@ -29,4 +29,4 @@ class Format:
     # the file that one is read with as a part, or None
     read_with: Callable[[Path], Path | None] | None = None
     # those that are read with one that has one of the `extensions`, itself included, whether or not they are there
-    files_of: Callable[[Path], list[Path]] | None = None
+    list_parts: Callable[[Path], list[Path]] | None = None

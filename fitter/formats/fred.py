@@ -32,7 +32,7 @@ from ..errors import DatasetError
 from ..samples import Samples
 from . import unmeasured
 from .format import Format
-from .isotropy import finished
+from .isotropy import decide_symmetry
 from .reading import BY_DEFAULT, Reading
 from .text import check_angles, decode, floats, line_number, lines, parse_number
 
@@ -70,7 +70,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         notes.append("The values are logarithms to the base of 10")
     values = values * float(settings["scale"])
     samples = Samples(theta_i, phi_i, theta_o, phi_o, values, ("grey",), Path(path).stem, str(path), tuple(notes))
-    return finished(unmeasured.remove_unmeasured(samples, reading), reading)
+    return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
 def _settings(path: str | Path, content: bytes) -> tuple[int, dict[str, str]]:

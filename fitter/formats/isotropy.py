@@ -39,7 +39,7 @@ _TURN = 2 * np.pi
 ONE_SIDED = "The two sides of the plane of incidence differ: the fit is the same on both, their mean"
 
 
-def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Samples:
+def decide_symmetry(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Samples:
     """Samples as a format returns them: isotropic or not, and of anisotropic ones what their symmetry adds, one of
     `samples.SYMMETRIES` that the file has `said`. What `reading` says of both is true, whatever the values or the file
     say.

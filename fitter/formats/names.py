@@ -66,7 +66,7 @@ _MICRONS = 20               # below which a number with a point, such as 0.55, i
 
 
 class Name(NamedTuple):
-    """The words of a name, its unit as `unit_of` has it, or None, and the text without that."""
+    """The words of a name, its unit as `find_unit` has it, or None, and the text without that."""
 
     words: tuple[str, ...]
     unit: str | None
@@ -85,12 +85,12 @@ class Value(NamedTuple):
     percent: bool
 
 
-def unit_of(text: str) -> str | None:
+def find_unit(text: str) -> str | None:
     """A unit by one of its names: deg, rad, 1/sr, %, %/sr, nm, um, or "" of none; None for what is no unit.
 
     Examples
     --------
-    >>> unit_of("degrees"), unit_of("sr^-1"), unit_of("sr\u207b\u00b9"), unit_of("\u00b5m"), unit_of("gold")
+    >>> find_unit("degrees"), find_unit("sr^-1"), find_unit("sr\u207b\u00b9"), find_unit("\u00b5m"), find_unit("gold")
     ('deg', '1/sr', '1/sr', 'um', None)
     """
     bare = re.sub(r"[\s^*{}\u00b7\[\]()]", "", _fold(text).lower())
@@ -121,7 +121,7 @@ def parse(name: str) -> Name:
     for pattern in (_BRACKETED, _UNIT_AFTER):
         match = pattern.fullmatch(text) if pattern is _BRACKETED else pattern.fullmatch(text.lower())
         found = match and next((group for group in match.groups()[1:] if group), "")
-        if match and found and (unit := unit_of(found)) is not None:
+        if match and found and (unit := find_unit(found)) is not None:
             text = text[:len(match[1])].rstrip(" ,;")
             break
     words: list[str] = []

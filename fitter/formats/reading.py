@@ -74,7 +74,7 @@ class Option(NamedTuple):
             return stored or self.default
         return next((choice.value for choice in self.choices if choice.key == stored), self.default)
 
-    def stored(self, value: object) -> Any:
+    def to_stored(self, value: object) -> Any:
         """What Blender stores for a value."""
         if not self.choices:
             return "" if value is None else value

@@ -13,7 +13,7 @@ _FACTOR_APART = 3.0             # times the least of one pair that its largest i
 _MOST_SCATTER = 0.3             # relative standard deviation of half of the bright pairs, which is none either
 
 
-def averaged(directions: FloatArray, values: FloatArray,
+def average_repeats(directions: FloatArray, values: FloatArray,
              ) -> tuple[FloatArray, FloatArray, FloatArray | None, tuple[str, ...]]:
     """One sample for each pair of directions: directions, values, their relative standard deviations, and notes.
 

@@ -66,7 +66,7 @@ class RglTable:
         """
         theta_i, phi_i, theta_o, phi_o = map_directions(lambda angle: np.asarray(angle, dtype=float),
                                                 np.broadcast_arrays(theta_i, phi_i, theta_o, phi_o))
-        incident, outgoing = self._tabulated(phi_i, phi_o)
+        incident, outgoing = self._turn_to_tabulated(phi_i, phi_o)
         x, y, z = (unit_vectors(theta_i, incident) + unit_vectors(theta_o, outgoing)).T
         u_x, u_y = _square(np.arctan2(np.hypot(x, y), z), np.arctan2(y, x))
         slices = self._slices(theta_i, incident)
@@ -75,7 +75,7 @@ class RglTable:
                     np.zeros(1))
         return value * self._factor(theta_i, incident, theta_o, u_x, u_y)[:, None]
 
-    def _tabulated(self, phi_i: FloatArray, phi_o: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _turn_to_tabulated(self, phi_i: FloatArray, phi_o: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Both azimuths turned, and mirrored, so that that of incidence is a tabulated one: (n,) each."""
         turn = phi_o - phi_i
         if self.isotropic:

@@ -51,7 +51,7 @@ from ..errors import DatasetError
 from ..samples import RGB, Samples
 from . import unmeasured
 from .format import Format
-from .isotropy import finished
+from .isotropy import decide_symmetry
 from .reading import BY_DEFAULT, Reading
 from .scattered import weights
 from .spectra import to_linear_srgb
@@ -146,7 +146,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     note = f"Reflects {np.mean(shares):.4g} at {np.degrees(at[0]):g} degrees, as the file says"
     samples = Samples(theta_i, phi, theta_o, phi_o, values, channels, Path(path).stem, str(path),
                       (note, *(reading.notes if len(channels) > 1 else ())))
-    return finished(unmeasured.remove_unmeasured(samples, reading), reading)
+    return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
 def _head(lines: _Lines) -> tuple[bool, bool, list[tuple[float, float]]]:

@@ -56,10 +56,10 @@ from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, Samp
 from . import plane, table_cells, table_columns, table_layout, table_on_its_side, unmeasured
 from .columns import angles_note, look_like_degrees, reflectance, to_brdf
 from .format import Format
-from .isotropy import finished
+from .isotropy import decide_symmetry
 from .names import STANDARD, WAVELENGTH
 from .reading import BY_DEFAULT, Reading
-from .repeats import averaged
+from .repeats import average_repeats
 from .table_columns import Columns, shorten
 from .table_layout import Layout
 from .text import check_angles, decode, line_number, lines, parse_number
@@ -127,11 +127,11 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     directions, values, channels, more = _measurements(columns, cells.numbers, units, said, reading, find_line, path,
                                                        layout.line)
     channels, values, of_channels = reflectance(channels, values, path, layout.line, reading)
-    directions, values, deviation, repeated = averaged(directions, values)
+    directions, values, deviation, repeated = average_repeats(directions, values)
     name = next((said[key] for key in _NAMES if said.get(key)), Path(path).stem)
     samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path),
                       (*notes, *more, *of_channels, *repeated), deviation=deviation)
-    return finished(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
+    return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
 
 
 def _on_its_side(content: bytes, line: int, reading: Reading, path: str | Path) -> Samples:

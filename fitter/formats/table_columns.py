@@ -76,7 +76,7 @@ def assign_columns(layout: Layout, said: dict[str, str], path: str | Path) -> Co
     for key, text in said.items():
         role, number = _AZIMUTH.get(names.role(key) or "", names.role(key)), _NUMBER.fullmatch(text)
         if role in ANGLES and role not in known and number is not None:
-            unit = names.parse(key).unit or names.unit_of(number[2])
+            unit = names.parse(key).unit or names.find_unit(number[2])
             value = floats(b"", [number[1].replace(",", ".").encode()])
             if value is not None and (not number[2] or unit in _ANGULAR):
                 known.add(role)
@@ -141,7 +141,7 @@ def unit_of_angles(columns: Columns, units: list[str | None], said: dict[str, st
                                *(unit for _, unit in columns.constants.values())) if unit}
     if "angles" in said:
         word = said["angles"].lower().split(" ")[0].strip(".,")
-        unit = names.unit_of(word)
+        unit = names.find_unit(word)
         found |= {unit or ""} & _ANGULAR or {word} & _STRANGE_UNITS
     if reading.angles is None and (len(found) > 1 or not found <= _ANGULAR):
         raise DatasetError("angles must all be in degrees, or all in radians", path, line)
@@ -163,7 +163,7 @@ def quantity(columns: Columns, units: list[str | None], said: dict[str, str], re
         cosines = {*(cosines - {""}), comment.cosine if comment and comment.cosine else "?" if has_cosine else ""}
         if comment and comment.kind != names.UNSAID:
             kinds = {*(kinds - {names.UNSAID}), comment.kind}
-        if (comment and comment.percent) or names.unit_of(said["values"]) in ("%", "%/sr"):
+        if (comment and comment.percent) or names.find_unit(said["values"]) in ("%", "%/sr"):
             percents = {True}
     cosine = " and ".join(sorted(cosines))
     if reading.quantity is not None:

@@ -36,7 +36,7 @@ class Layout:
     """How a table is laid out."""
 
     names: list[str]                # of the columns
-    units: list[str | None]         # as `unit_of` has them; None where neither name nor line of units says one
+    units: list[str | None]         # as `find_unit` has them; None where neither name nor line of units says one
     separator: bytes | None         # None: blanks
     titles: tuple[int, int]         # the part of the content before the names: its begin and end
     start: int                      # where in the content the rows begin
@@ -159,7 +159,7 @@ def _has_rows(content: bytes, layout: Layout) -> bool:
 
 def _are_units(cells: list[bytes]) -> bool:
     """Whether cells are units, or empty."""
-    found = [names.unit_of(decode(cell)) for cell in cells]
+    found = [names.find_unit(decode(cell)) for cell in cells]
     return None not in found and any(found) and not any(map(is_number, cells))
 
 
@@ -172,7 +172,7 @@ def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator
     if following is not None and len(following[0]) <= LONGEST:
         below = split(following[0], separator)
         if len(below) <= len(units) and _are_units(below):
-            units = [unit or names.unit_of(decode(under)) or None
+            units = [unit or names.find_unit(decode(under)) or None
                      for unit, under in zip(units, below + [b""] * len(units), strict=False)]
             start = following.end()
     rows = [split(line[0][:LONGEST], separator) for line in islice(_lines(content, start), _SOME)] if separator else []

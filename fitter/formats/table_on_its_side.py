@@ -44,7 +44,7 @@ def _is_of_angles(cells: list[bytes]) -> bool:
     """Whether a line has the polar angles of two measurements or more."""
     if not 3 <= len(cells) <= MOST_COLUMNS or names.role(decode(cells[0])) not in ("theta_i", "theta_s", names.THETA):
         return False
-    numbers = cells[2 if names.unit_of(decode(cells[1])) else 1:]
+    numbers = cells[2 if names.find_unit(decode(cells[1])) else 1:]
     return all(map(is_cell, numbers)) and sum(map(is_number, numbers)) > 1
 
 
@@ -64,7 +64,7 @@ def _transpose_lines(every: list[bytes], separator: bytes) -> tuple[bytes, int] 
     heads = list(blocks[0])
     if any(block.keys() != blocks[0].keys() for block in blocks):
         return None
-    has_units = any(names.unit_of(decode(cells[0])) for cells in blocks[0].values())
+    has_units = any(names.find_unit(decode(cells[0])) for cells in blocks[0].values())
     rows = [b"\t".join(row) for number, block in enumerate(blocks)
             for row in islice(zip(*map(block.__getitem__, heads), strict=True), int(has_units and number > 0), None)]
     made = b"".join(line + b"\n" for line in (*titles, b"\t".join(heads), *rows))

@@ -29,7 +29,7 @@ from ..colours import decode_srgb
 from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples
 from .format import Format
-from .isotropy import finished
+from .isotropy import decide_symmetry
 from .reading import BY_DEFAULT, Reading
 
 THETAS, PHIS = 6, 48
@@ -67,7 +67,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
     directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes)
     values = values[distinct]
-    return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],)), reading)
+    samples = Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],))
+    return decide_symmetry(samples, reading)
 
 
 def _decode(stored: FloatArray, encoding: str) -> FloatArray:

@@ -58,7 +58,7 @@ from ..arrays import BoolArray, Directions, FloatArray
 from ..errors import DatasetError
 from ..samples import HORIZON, RGB, Samples, subset
 from .format import Format
-from .isotropy import finished
+from .isotropy import decide_symmetry
 from .reading import BY_DEFAULT, Reading
 from .scattered import weights
 from .spectra import XYZ_TO_SRGB
@@ -107,7 +107,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     channels: tuple[str, ...] = ("grey",)
     if expected == 3:
         channels, values = RGB, values @ XYZ_TO_SRGB.T
-    samples = finished(Samples(*directions, values, channels, Path(path).stem, str(path), notes), reading)
+    samples = decide_symmetry(Samples(*directions, values, channels, Path(path).stem, str(path), notes), reading)
     symmetrical = words["Symmetry"].lower().startswith("planesymmetrical")
     if samples.isotropic:
         lacks = not symmetrical and not np.ptp(samples.phi_i)

@@ -61,7 +61,8 @@ def tell(method):
             extension(f"core.shading.{name}") for name in ("material", "node_group", "rendered"))
         fit = node_group.kept_fit(material.group_node(item).node_tree)
         print("DROPPED", method, item.name, item.library is not None, material.is_measured(item),
-              rendered.in_scene(item, bpy.context.scene).how, hashlib.sha256(fit).hexdigest(), sep="|", flush=True)
+              rendered.scene_rendering(item, bpy.context.scene).how, hashlib.sha256(fit).hexdigest(), sep="|",
+              flush=True)
     return step
 
 

@@ -23,7 +23,7 @@ def fill_small(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
     preview.icon_pixels_float.foreach_set(small.ravel())
 
 
-def picture_of(image: bpy.types.Image) -> SingleArray:
+def image_pixels(image: bpy.types.Image) -> SingleArray:
     """The picture that an image holds: (height, width, 4), the bottom row first."""
     picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
     not_none(image.pixels).foreach_get(picture.ravel())

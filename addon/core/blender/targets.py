@@ -9,7 +9,7 @@ from bpy_extras import view3d_utils
 from mathutils import Vector
 
 from ..annotations import not_none
-from .transaction import by_session_uid
+from .transaction import find_by_session_uid
 
 ACTIVE_SLOT = -1
 _NOTHING = -1               # as an object: nothing was active; 0 is an operator's default
@@ -62,7 +62,7 @@ def assign_all(chosen: Sequence[Target], material: bpy.types.Material) -> str:
 
 def assign(target: Target, material: bpy.types.Material) -> str:
     """Assign a material to the slot of an object: why that was not possible, as a sentence; else empty."""
-    item = by_session_uid(bpy.data.objects, target.item)
+    item = find_by_session_uid(bpy.data.objects, target.item)
     if target.item == _NOTHING:
         return "no object was active"
     if item is None:

@@ -108,6 +108,6 @@ def _set_changed(owner: Any, values: Mapping[str, Any]) -> None:
                 setattr(owner, name, value)
 
 
-def by_session_uid(collection: Iterable[_Data], uid: int | None) -> _Data | None:
+def find_by_session_uid(collection: Iterable[_Data], uid: int | None) -> _Data | None:
     """The data-block of a collection such as `bpy.data.materials` with this `session_uid`; None if it is gone."""
     return next((item for item in collection if item.session_uid == uid), None)

@@ -63,7 +63,7 @@ class _Builder:
     def vector(self, operation: str, *values: _Value, output: str = "Vector") -> bpy.types.NodeSocket:
         return self.node("ShaderNodeVectorMath", dict(enumerate(values)), operation=operation).outputs[output]
 
-    def given(self, socket: bpy.types.NodeSocket, default: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    def connected_or(self, socket: bpy.types.NodeSocket, default: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
         """A vector, or another where it is an unconnected input, which is 0."""
         missing = self.math("LESS_THAN", self.vector("LENGTH", socket, output="Value"), _UNCONNECTED)
         return self.vector("MULTIPLY_ADD", default, missing, socket)
@@ -101,7 +101,7 @@ def _fill_turned_frame(tree: bpy.types.NodeTree) -> None:
     viewer = surface.outputs["Incoming"]
     across = build.vector("NORMALIZE", build.vector(
         "CROSS_PRODUCT", frame["Normal"],
-        build.vector("ADD", build.given(inputs["Tangent"], surface.outputs["Tangent"]), _ANY)))
+        build.vector("ADD", build.connected_or(inputs["Tangent"], surface.outputs["Tangent"]), _ANY)))
     tangent = build.node("ShaderNodeVectorRotate", {
         "Vector": build.vector("CROSS_PRODUCT", across, frame["Normal"]), "Axis": frame["Normal"],
         "Angle": build.math("MULTIPLY_ADD", inputs["Rotation"], 2 * math.pi, inputs["Turn"])},
@@ -119,7 +119,7 @@ def _frame(build: _Builder, inputs: Sockets) -> Sockets:
     viewer = surface.outputs["Incoming"]
     colour = build.node("ShaderNodeVectorMath", {"Vector": inputs["Tint"], "Scale": inputs["Strength"]},
                         operation="SCALE").outputs["Vector"]
-    normal = build.vector("NORMALIZE", build.given(inputs["Normal"], surface.outputs["Normal"]))
+    normal = build.vector("NORMALIZE", build.connected_or(inputs["Normal"], surface.outputs["Normal"]))
     # a normal that is turned away from the viewer is turned back
     hidden = build.math("SUBTRACT", LEAST_FACING, build.vector("DOT_PRODUCT", normal, viewer, output="Value"))
     normal = build.vector("NORMALIZE",

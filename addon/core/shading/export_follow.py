@@ -12,7 +12,7 @@ from bpy.app.handlers import persistent
 
 from .. import lamps
 from ..annotations import not_none
-from ..blender.transaction import by_session_uid
+from ..blender.transaction import find_by_session_uid
 from . import export_surface
 from . import material as materials
 
@@ -49,7 +49,7 @@ def _follow_all() -> float | None:
     waiting = dict(_changed)
     _changed.clear()
     for uid, again in waiting.items():
-        item = by_session_uid(bpy.data.materials, uid)
+        item = find_by_session_uid(bpy.data.materials, uid)
         if item is not None and _is_followed(item):
             export_surface.follow(item, not_none(materials.surface_node(item)), again)
     return None

@@ -11,7 +11,7 @@ from ....fitter.arrays import FloatArray
 from ....fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb, luminance
 from ....fitter.imaging.pictures import srgb
 from ..annotations import not_none
-from ..blender.previews import picture_of
+from ..blender.previews import image_pixels
 from ..storage.reading import scene_colours
 
 LARGEST = 2048              # texels on a side of what is baked
@@ -86,7 +86,7 @@ def _linear(picture: Picture, height: int, width: int) -> FloatArray:
     image: Any = picture.node.image
     y, x = (((np.arange(wanted) + 0.5) * there / wanted).astype(int)
             for wanted, there in ((height, image.size[1]), (width, image.size[0])))
-    stored = picture_of(image)[np.ix_(y, x)].astype(float)
+    stored = image_pixels(image)[np.ix_(y, x)].astype(float)
     if picture.output == "Alpha":
         return np.repeat(stored[..., 3:], 3, axis=2)
     colour = linear_colours(image, stored[..., :3])

@@ -25,7 +25,7 @@ from ....fitter.arrays import FloatArray, SingleArray
 from ..annotations import Vector3, not_none
 from ..blender import osl_support
 from ..blender.node_trees import use_nodes
-from ..blender.previews import picture_of
+from ..blender.previews import image_pixels
 
 SPHERE, BALL = "SPHERE", "BALL"
 STUDIO, SKY, WORLD = "STUDIO", "SKY", "WORLD"
@@ -144,7 +144,7 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> 
     if not path.read_bytes().endswith(_PNG_END):    # Blender does not tell
         raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
     image = bpy.data.images.load(str(path))
-    picture = picture_of(image)
+    picture = image_pixels(image)
     bpy.data.images.remove(image)
     return picture
 

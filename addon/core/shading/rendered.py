@@ -34,7 +34,7 @@ class Rendered(NamedTuple):
     can_enable: bool    # whether OSL would run if the scene's settings for it were changed
 
 
-def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
+def scene_rendering(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     if not materials.shows(material, "EEVEE" if is_eevee_used(scene) else "CYCLES"):
         return Rendered(OTHER, 1.0, 1.0, "", False)
     tree, chosen = not_none(not_none(materials.surface_node(material)).node_tree), materials.get_rendering(material)
@@ -117,7 +117,7 @@ def rendering_words(found: Rendered, is_previewed: bool = False) -> str:
 
 def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """How a material is rendered in a scene, and how it would be rendered exactly; empty if it is as was chosen."""
-    found, chosen = in_scene(material, scene), materials.get_rendering(material)
+    found, chosen = scene_rendering(material, scene), materials.get_rendering(material)
     if not found.why and found.how != OTHER:
         return ""
     text = f"{brief(found, chosen)}, an approximation" if found.how == NODES else brief(found, chosen)
@@ -136,7 +136,7 @@ def used_materials() -> list[bpy.types.Material]:
 
 def summary(scene: bpy.types.Scene) -> str:
     """What a render without a window says, in one line; empty without measured materials."""
-    counts = Counter(in_scene(item, scene).how for item in used_materials())
+    counts = Counter(scene_rendering(item, scene).how for item in used_materials())
     if not counts:
         return ""
     parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (NODES, "by closure nodes"),

@@ -26,7 +26,7 @@ def anisotropic(item: bpy.types.Object) -> Iterator[bpy.types.Material]:
     yield from (material for material in shown if materials.tangent_input(material) is not None)
 
 
-def node_of(material: bpy.types.Material) -> bpy.types.Node | None:
+def find_tangent_node(material: bpy.types.Material) -> bpy.types.Node | None:
     """The node that gives the direction of an anisotropic material; None where it is that around the Z axis."""
     links = not_none(not_none(materials.tangent_input(material)).links)
     return links[0].from_node if len(links) > 0 else None

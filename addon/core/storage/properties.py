@@ -104,7 +104,7 @@ class FitChoices:
 
 
 def _reading_property(option: Option) -> Any:
-    named = {"name": option.label, "description": option.tooltip, "default": option.stored(option.default)}
+    named = {"name": option.label, "description": option.tooltip, "default": option.to_stored(option.default)}
     if option.choices:
         return EnumProperty(items=[(choice.key, choice.label, choice.tooltip) for choice in option.choices], **named)
     return BoolProperty(**named) if isinstance(option.default, bool) else StringProperty(**named)

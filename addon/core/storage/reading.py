@@ -46,7 +46,7 @@ def load_arguments(choices: Choices) -> Arguments:
 def use_reading(choices: Choices, options: Arguments) -> None:
     """Choose the options of reading as `fitter.load` has them."""
     for name, option in OPTIONS.items():
-        setattr(choices, name, option.stored(options.get(name, option.default)))
+        setattr(choices, name, option.to_stored(options.get(name, option.default)))
 
 
 def draw_reading(layout: bpy.types.UILayout, choices: Any, path: str) -> None:

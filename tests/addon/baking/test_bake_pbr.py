@@ -47,7 +47,7 @@ def measured(model, path, write_astm):
     return bpy.context.object.active_material
 
 
-def node_of(material):
+def find_tangent_node(material):
     return next(node for node in material.node_tree.nodes if node.type == "GROUP")
 
 
@@ -104,7 +104,7 @@ def test_tint_and_the_mask_of_a_mix_vary_over_the_images(baked):
     bpy.ops.measured_brdf.mix(first="Red fabric", second="Chrome", mask=mask.name)
     mixed = bpy.data.materials["Red fabric + Chrome"]
     bpy.context.object.material_slots[0].material = mixed
-    node_of(mixed).inputs["Tint"].default_value = (1.0, 0.5, 0.25, 1.0)
+    find_tangent_node(mixed).inputs["Tint"].default_value = (1.0, 0.5, 0.25, 1.0)
     pictures, said = baked(size=16)
     share = np.kron(MASK, np.ones((2, 2, 1)))
     for kind, factor in (("Base_Color", [1.0, 0.5, 0.25]), ("Roughness", 1.0), ("Metallic", 1.0)):
@@ -124,7 +124,7 @@ def test_the_normals_are_those_that_cycles_makes_of_the_normal_map_and_its_stren
     source, normal = image_node(tree, bumps), tree.nodes.new("ShaderNodeNormalMap")
     normal.inputs["Strength"].default_value = 0.6
     tree.links.new(source.outputs["Color"], normal.inputs["Color"])
-    tree.links.new(normal.outputs["Normal"], node_of(material).inputs["Normal"])
+    tree.links.new(normal.outputs["Normal"], find_tangent_node(material).inputs["Normal"])
     pictures, _ = baked(size=16)
 
     def rendered(image, strength):
@@ -188,7 +188,7 @@ def test_a_failure_while_writing_leaves_nothing(baked, tmp_path, write_astm, mon
 def test_what_is_lost_is_told_and_what_is_not_measured_cannot_be_baked(baked, tmp_path, write_astm):
     material = measured(METAL, tmp_path / "metal.astm", write_astm)
     noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
-    material.node_tree.links.new(noise.outputs[0], node_of(material).inputs["Tint"])
+    material.node_tree.links.new(noise.outputs[0], find_tangent_node(material).inputs["Tint"])
     _, said = baked(size=2)
     assert "made: Tint: a constant, an image or their product" in said
     material.node_tree.nodes.remove(material.node_tree.nodes["Measured BRDF Export"])

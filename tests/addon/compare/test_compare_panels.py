@@ -98,9 +98,9 @@ def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(material
 def test_the_fit_that_the_material_has_is_marked_and_not_made_again(material, fits, monkeypatch):
     quick_held_out(monkeypatch)
     assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
-    asked, fitted_of = [], tasks.fitted_of
-    monkeypatch.setattr(tasks, "fitted_of", lambda data, arguments: (
-        asked.append(arguments["method"]), fitted_of(data, arguments))[1])
+    asked, fit_data = [], tasks.fit_data
+    monkeypatch.setattr(tasks, "fit_data", lambda data, arguments: (
+        asked.append(arguments["method"]), fit_data(data, arguments))[1])
     marked = {}
     monkeypatch.setattr("support.drawn.Layout.operator", lambda layout, name, text="", **options: (
         marked.update({text: options["depress"]}), SimpleNamespace())[1])
@@ -136,7 +136,7 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(mat
     file.unlink()
     for each in (material, other):
         each.measured_brdf.filepath = ""
-    for name in ("read", "fitted_of", "outcome"):
+    for name in ("read", "fit_data", "outcome"):
         monkeypatch.setattr(tasks, name, lambda *_: pytest.fail("nothing is read or fitted"))
     comparison.get(bpy.context.scene).pinned = other
     shown = drawn(curves.MEASUREDBRDF_PT_pictures, material)
@@ -202,7 +202,7 @@ def test_a_test_render_is_shown_when_it_is_there(material, other, monkeypatch):
     assert shown.button("Render Both") is not None
     operators.renders[operators.render_key(scene, other)] = np.zeros((256, 256, 4), np.float32), 2
     given = []
-    monkeypatch.setattr(curves.icons, "at_once", lambda key, draw: key[0] == "swatch" or given.append(draw()) or 1)
+    monkeypatch.setattr(curves.icons, "draw_at_once", lambda key, draw: key[0] == "swatch" or given.append(draw()) or 1)
     draw(look, material=material)
     assert given[-1][:, :120].min() == given[-1][:, :120].max() == 1
     assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 0

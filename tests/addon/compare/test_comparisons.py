@@ -25,7 +25,7 @@ def kept(extension, fits):
 
 def test_a_split_sphere_has_both_fits_each_on_its_side(extension, kept, fits, monkeypatch):
     drawn = []
-    monkeypatch.setattr(curves.icons, "at_once", lambda key, draw: drawn.append((key, draw())) or 1)
+    monkeypatch.setattr(curves.icons, "draw_at_once", lambda key, draw: drawn.append((key, draw())) or 1)
     assert curves._split_sphere(*kept, 0.25)[0] == 0
     answer_all()
     assert curves._split_sphere(*kept, 0.25)[0] == curves._split_sphere(*kept, 0.5)[0] == 1

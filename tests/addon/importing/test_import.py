@@ -146,7 +146,7 @@ def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cub
 def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypatch):
     monkeypatch.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
     import_file(blender, file)
-    now = rendered.in_scene(cube.active_material, blender.context.scene)
+    now = rendered.scene_rendering(cube.active_material, blender.context.scene)
     assert now.how == "NODES"
     assert 0 < now.error < 0.5
     assert not now.can_enable

@@ -26,12 +26,12 @@ def plane(blender):
     return blender.context.object
 
 
-def node_of(item):
+def find_tangent_node(item):
     return group_node(item.active_material)
 
 
 def names(item):
-    return {"Tangent", "Rotation"} & set(node_of(item).inputs.keys())
+    return {"Tangent", "Rotation"} & set(find_tangent_node(item).inputs.keys())
 
 
 def test_an_anisotropic_file_becomes_a_material_with_a_tangent_and_a_rotation(blender, plane, file):
@@ -60,8 +60,8 @@ def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, 
     set_input(plane.active_material, "Rotation", 0.25)
     plane.active_material.measured_brdf.diffuse_level = 1
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
-    assert node_of(plane).inputs["Tangent"].links[0].from_node.type == "TANGENT"
-    assert node_of(plane).inputs["Rotation"].default_value == 0.25
+    assert find_tangent_node(plane).inputs["Tangent"].links[0].from_node.type == "TANGENT"
+    assert find_tangent_node(plane).inputs["Rotation"].default_value == 0.25
 
 
 def test_a_quarter_of_a_turn_swaps_bright_and_dark(blender, plane, file):

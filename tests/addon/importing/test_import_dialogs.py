@@ -114,9 +114,9 @@ def test_where_it_fails_it_asks_a_user_what_one_file_can_answer(window, kind, fi
     window.made.filepath, window.made.directory = "", "/data"
     window.made.files = [SimpleNamespace(name=name) for name in files]
     window.made.options.is_invoke = is_invoke
-    window.made.given = lambda: {"filepath": f"/data/{files[0]}", "target": 7}
+    window.made.property_values = lambda: {"filepath": f"/data/{files[0]}", "target": 7}
     error = getattr(window.fitter, kind)("is not understood", "a")
-    assert window.made._failed(error) == {"CANCELLED"}
+    assert window.made._report_failure(error) == {"CANCELLED"}
     (said, more), = window.asked
     if expected is None or not is_invoke:
         assert (said, more) == ({"ERROR"}, str(error))

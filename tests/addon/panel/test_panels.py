@@ -376,7 +376,7 @@ def test_lines_fill_the_width_of_the_region_and_are_not_cut(monkeypatch, width, 
         region=SimpleNamespace(type="WINDOW", width=width * scale), preferences=SimpleNamespace(
             system=SimpleNamespace(ui_scale=scale),
             ui_styles=[SimpleNamespace(widget=SimpleNamespace(points=11.0))]))))
-    lines = layouts.wrapped(text)
+    lines = layouts.wrap_text(text)
     blf.size(0, 11.0 * scale)
     widest = max(blf.dimensions(0, line)[0] for line in lines) / scale
     assert "".join(lines).replace(" ", "") == text.replace(" ", "")

@@ -45,9 +45,9 @@ def compiling(extension):
     """The module that compiles."""
     from measured_brdf.addon.starter import compiling
 
-    compiling._failed.clear()
+    compiling._report_failure.clear()
     yield compiling
-    compiling._failed.clear()
+    compiling._report_failure.clear()
 
 
 def append(starter, name, link=False):
@@ -151,10 +151,10 @@ def test_without_the_extension_an_asset_shows_its_published_model(built, tmp_pat
 def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, compiling):
     osl_support.enable(bpy.context.scene)
     item = append(starter, "Red fabric")
-    assert rendered.in_scene(item, bpy.context.scene).how == "NODES"
-    assert "not compiled" in rendered.in_scene(item, bpy.context.scene).why
-    assert not rendered.in_scene(item, bpy.context.scene).can_enable
-    assert rendered.rendering_words(rendered.in_scene(item, bpy.context.scene)) == "Nodes: not compiled yet"
+    assert rendered.scene_rendering(item, bpy.context.scene).how == "NODES"
+    assert "not compiled" in rendered.scene_rendering(item, bpy.context.scene).why
+    assert not rendered.scene_rendering(item, bpy.context.scene).can_enable
+    assert rendered.rendering_words(rendered.scene_rendering(item, bpy.context.scene)) == "Nodes: not compiled yet"
     assert compiling.compile_used() == 0                    # nothing uses it
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.materials.append(item)
@@ -163,7 +163,7 @@ def test_an_asset_is_compiled_when_an_object_begins_to_use_it(blender, starter, 
     tree = material.group_node(item).node_tree
     assert node_group.is_compiled(tree)
     assert node_group.kept_fit(tree) == before
-    assert rendered.in_scene(item, bpy.context.scene).how == "EXACT"
+    assert rendered.scene_rendering(item, bpy.context.scene).how == "EXACT"
     assert [each.name for each in bpy.data.node_groups if node_group.script_node(each)] == ["Red fabric"]
     assert compiling.compile_used() == 0
     bpy.ops.measured_brdf.use_published(name="red-fabric")

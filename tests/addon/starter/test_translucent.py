@@ -25,7 +25,7 @@ def group(material):
     return node
 
 
-def fit_of(material):
+def shown_reflectance(material):
     return Fit.from_bytes(group(material).node_tree["fit"])
 
 
@@ -59,18 +59,18 @@ def test_what_is_typed_is_a_material_that_can_be_fitted_again(cube):
 def test_coefficients_are_typed_in_a_dialog(cube):
     assert bpy.ops.measured_brdf.translucent_material(label="My marble", index=1.5) == {"FINISHED"}
     marble = published.find("marble").model.subsurface
-    fit = fit_of(cube.active_material)
+    fit = shown_reflectance(cube.active_material)
     assert fit.subsurface.albedo == pytest.approx(marble.albedo, rel=1e-4)
     assert cube.active_material.name == "My marble"
     assert bpy.ops.measured_brdf.translucent_material(given="ALBEDO", albedo=(0.5, 0.4, 0.3)) == {"FINISHED"}
-    fit = fit_of(cube.active_material)
+    fit = shown_reflectance(cube.active_material)
     assert fit.subsurface.albedo == pytest.approx([0.5, 0.4, 0.3], rel=1e-4)
 
 
 def test_adjustments_change_what_comes_from_below(skin):
     skin.measured_brdf_adjustments.diffuse_tint = (0.5, 1, 1)
     assert bpy.ops.measured_brdf.adjust() == {"FINISHED"}
-    fit = fit_of(skin)
+    fit = shown_reflectance(skin)
     assert fit.edited_subsurface.albedo == pytest.approx(fit.subsurface.albedo * (0.5, 1, 1))
     assert len(walks(group(skin).node_tree)) == 2
 

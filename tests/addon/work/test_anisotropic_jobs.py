@@ -42,7 +42,7 @@ def test_the_polar_plot_turns_with_the_light(data):
 
 
 def test_the_turned_plane_shows_which_way_the_grooves_run(data, monkeypatch):
-    monkeypatch.setattr(tasks, "fitted_of", lambda *_: Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
+    monkeypatch.setattr(tasks, "fit_data", lambda *_: Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
     picture = tasks.turned_plane(FitRequest(data, CHEAP), np.radians(30)).mean(axis=-1)
     mirror = picture[int((0.5 + 60 / 180) * len(picture))]        # 30 degrees beyond the mirror direction
     along, across = mirror[[0, 128]].mean(), mirror[[64, 192]].mean()

@@ -23,7 +23,7 @@ QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py
          "versions.py", "icons.py", "preferences.py")
 # these change nothing, and Blender calls them before an operator begins and after it has ended
 OUTSIDE = ("poll", "is_editable", "can_change", "is_measured", "group_node", "script_node", "active_material",
-           "execute", "run", "_path", "_failed", "_on_change", "get_side")
+           "execute", "run", "_path", "_report_failure", "_on_change", "get_side")
 
 
 class InjectedError(Exception):

@@ -93,7 +93,7 @@ def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypat
     assert len(tasks.load_samples(data)) == data.description.count > 10_000
     assert len(pickle.dumps(data)) < 10_000 < 0.01 * file.stat().st_size
     assert tasks.load_samples(pickle.loads(pickle.dumps(data))) is tasks.load_samples(data)
-    tasks.fitted_of(data, {"diffuse_level": 1, "specular_level": None})
+    tasks.fit_data(data, {"diffuse_level": 1, "specular_level": None})
     assert tasks.read(str(file), "") is data
     outcome = tasks.outcome(str(file), "", {"diffuse_level": 1, "specular_level": None})
     assert len(pickle.dumps(outcome._replace(surface=outcome.surface._replace(source="")))) < 100_000
@@ -419,7 +419,7 @@ def test_what_the_file_browser_answers_is_begun_anew_so_that_the_window_stays_re
     monkeypatch.setattr(modal, "bpy", SimpleNamespace(app=SimpleNamespace(background=background),
                                                       ops=SimpleNamespace(measured_brdf=operators)))
     asks = type("MEASUREDBRDF_OT_asks", (modal.AsksForPath,), {
-        "given": lambda self: {"directory": "/data"}, "run": lambda self, _: asked.append(("run",)),
+        "property_values": lambda self: {"directory": "/data"}, "run": lambda self, _: asked.append(("run",)),
         "options": SimpleNamespace(is_invoke=is_invoke, is_repeat=is_repeat)})
     asks().execute(None)
     assert asked == [("again", "INVOKE_DEFAULT", "/data") if done == "again" else ("run",)]

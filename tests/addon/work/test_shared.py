@@ -60,13 +60,13 @@ def test_after_an_import_no_worker_fits_the_same_again(making, file):
     assert len(results()) == 2           # a preparation, and the fit
     before = results()
     data, = wait(begun("read", partial(tasks.read, file, "")))
-    shown, _, _ = wait(begun("fit", partial(tasks.fitted_of, data, STANDARD)),
+    shown, _, _ = wait(begun("fit", partial(tasks.fit_data, data, STANDARD)),
                        begun("slow", partial(tasks.polar_plot, [(FitRequest(data, STANDARD), ())], data, 0.7)),
                        begun("draw", partial(tasks.lit_sphere, FitRequest(data, STANDARD), None)))
     assert shown.seconds == outcome.fitted.seconds
     assert shown.errors == outcome.fitted.errors
     assert results() == before
-    wait(begun("fit", partial(tasks.fitted_of, data, DRAFT)))
+    wait(begun("fit", partial(tasks.fit_data, data, DRAFT)))
     assert len(results()) == 3           # another fit, by the same preparation
 
 
@@ -74,7 +74,7 @@ def test_two_workers_that_are_asked_at_once_fit_once(file):
     data, = wait(begun("read", partial(tasks.read, file, "")))
     for name in ("fit", "operator"):
         wait(begun(name, partial(tasks.read, file, "")))       # both have started
-    first, second = (begun(name, partial(tasks.fitted_of, data, STANDARD)) for name in ("fit", "operator"))
+    first, second = (begun(name, partial(tasks.fit_data, data, STANDARD)) for name in ("fit", "operator"))
     wait(first, second)
     assert first.result.seconds == second.result.seconds
     assert len(results()) == 2
@@ -82,11 +82,11 @@ def test_two_workers_that_are_asked_at_once_fit_once(file):
 
 def test_a_worker_that_is_killed_leaves_its_work_to_others(file):
     data, = wait(begun("read", partial(tasks.read, file, "")))
-    first = begun("fit", partial(tasks.fitted_of, data, STANDARD))
+    first = begun("fit", partial(tasks.fit_data, data, STANDARD))
     while first.doing == "Starting":
         assert not first.poll()
     first.cancel()
-    fitting, = wait(begun("operator", partial(tasks.fitted_of, data, STANDARD)))
+    fitting, = wait(begun("operator", partial(tasks.fit_data, data, STANDARD)))
     assert fitting.errors.rmse > 0
 
 
@@ -142,7 +142,7 @@ def is_running(number):
 def test_errors_are_raised_in_every_worker_and_not_kept(file):
     data, = wait(begun("read", partial(tasks.read, file, "")))
     for name in ("fit", "operator"):
-        job = begun(name, partial(tasks.fitted_of, data, {"tolerance": 1e-9}))
+        job = begun(name, partial(tasks.fit_data, data, {"tolerance": 1e-9}))
         while not job.poll():
             time.sleep(0.01)
         assert "no fit is within" in str(job.error)

@@ -9,9 +9,9 @@ from measured_brdf.addon.work.job import Job
     (0.8, 16, "about 4 s left"), (0.99, 30, "about 1 s left")])
 def test_the_rest_takes_as_long_as_the_pace_so_far_says(extension, fraction, elapsed, expected):
     job = Job(None)
-    assert job.left(100) == ""
+    assert job.time_left(100) == ""
     job.fraction = fraction
-    assert job.left(100 + elapsed) == expected
+    assert job.time_left(100 + elapsed) == expected
     if expected:
         unit = 60 if "min" in expected else 1
         assert int(expected.split()[1]) * unit == pytest.approx(elapsed * (1 - fraction) / fraction, abs=20 * unit / 20)
@@ -19,6 +19,6 @@ def test_the_rest_takes_as_long_as_the_pace_so_far_says(extension, fraction, ela
 
 def test_a_job_that_has_ended_takes_no_longer(extension):
     job = Job(None)
-    job.left(0)
+    job.time_left(0)
     job.fraction, job.finished = 0.5, 9.0
-    assert job.left(10) == ""
+    assert job.time_left(10) == ""

@@ -148,8 +148,8 @@ def test_the_choices_of_an_option_are_what_readers_know():
 def test_what_blender_stores_of_an_option_is_what_load_takes(name):
     option = reading.OPTIONS[name]
     for value in (*option.values, option.default, *(() if option.values else ("theta_i,-,BRDF",))):
-        assert option.value(option.stored(value)) == value
-        assert isinstance(option.stored(value), bool if isinstance(option.default, bool) else str)
+        assert option.value(option.to_stored(value)) == value
+        assert isinstance(option.to_stored(value), bool if isinstance(option.default, bool) else str)
     assert option.value("") == option.default           # an identifier that is not known any more
 
 

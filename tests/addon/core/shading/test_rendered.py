@@ -44,7 +44,7 @@ def group(material):
 
 
 def how(material):
-    return rendered.in_scene(material, bpy.context.scene)
+    return rendered.scene_rendering(material, bpy.context.scene)
 
 
 def findings():
