@@ -45,9 +45,9 @@ def compiling(extension):
     """The module that compiles."""
     from measured_brdf.addon.starter import compiling
 
-    compiling._report_failure.clear()
+    compiling._failed.clear()
     yield compiling
-    compiling._report_failure.clear()
+    compiling._failed.clear()
 
 
 def append(starter, name, link=False):

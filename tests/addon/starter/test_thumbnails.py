@@ -231,7 +231,7 @@ def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeyp
     assert len(asked) == 2
     shelf.measurement_icon(file._replace(stamp=(3, 2)), {})
     assert len(asked) == 3                  # it has changed: tried again
-    shelf._report_failure.clear()
+    shelf._failed.clear()
 
 
 def test_a_worker_lists_a_folder(extension, folder):
