@@ -5,6 +5,7 @@ import re
 from types import SimpleNamespace
 from urllib.parse import unquote
 
+import bpy
 import measured_brdf
 import numpy as np
 import pytest
@@ -320,6 +321,8 @@ def connect_checker(blender, material):
 
 CHECKER = np.kron(np.array([[1.0, 0.2], [0.4, 0.8]]), np.ones((4, 4)))[..., None] * np.array([1.0, 0.5, 0.25])
 MASK = np.kron(np.array([[0.0, 1.0], [0.5, 0.25]]), np.ones((4, 4)))[..., None] * np.ones(3)
+# of USD's own surface, and of MaterialX's, which Blender 4.2 as a Python module does not write
+USD_COLORS = ("diffuseColor", "base_color")[:1 if bpy.app.version < (4, 5, 0) else 2]
 EIGHT_BITS = 0.006          # of linear values that were stored in 8 bits of sRGB, and again in those of a file
 
 
@@ -347,7 +350,7 @@ def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_pat
     indices = [float(re.search(f"{mark}(.*)", form)[1]) for mark, form in (
         ("float inputs:ior = ", text), ("Ni ", (tmp_path / "a.mtl").read_text()))]
     assert highlight(np.array(indices)) == pytest.approx(0.08 * CLOTH.specular_level * STRENGTH * TINT.max(), abs=EXACT)
-    for name in ("diffuseColor", "base_color"):
+    for name in USD_COLORS:
         color = re.search(rf"color3f inputs:{name} = \((.*)\)", text)
         assert [float(part) for part in color[1].split(",")] == pytest.approx(expected, abs=EXACT)
     assert material.diffuse_color[:3] == pytest.approx(ALBEDO * TINT * STRENGTH, abs=EXACT)
@@ -369,8 +372,7 @@ def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, 
     files = set(re.findall(r"asset inputs:file = @(.*?)@", text))
     np.testing.assert_allclose(stored(blender, tmp_path / files.pop()), expected, atol=EIGHT_BITS)
     assert not files
-    assert "color3f inputs:diffuseColor.connect" in text
-    assert "color3f inputs:base_color.connect" in text
+    assert all(f"color3f inputs:{name}.connect" in text for name in USD_COLORS)
     assert 'wrapS = "clamp"' in text
     blender.ops.wm.obj_export(filepath=str(tmp_path / "a.obj"), path_mode="COPY")
     lines = (tmp_path / "a.mtl").read_text().splitlines()
