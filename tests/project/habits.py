@@ -15,7 +15,7 @@ bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
 assert bpy.ops.extensions.package_install_files(
     filepath=package, repo="user_default", enable_on_install=True) == {"FINISHED"}
 addon = sys.modules["bl_ext.user_default.measured_brdf.addon"]
-CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 80.0}
+CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 
 
 def counts():
@@ -60,7 +60,7 @@ class Drop(addon.work.making.MakesMaterials):
     """The operator, driven by events that are made here."""
 
     work, _paths = cls.work, cls._paths
-    preset, diffuse_level, specular_level, compression = "Paper", 2, 3, 80.0
+    preset, diffuse_level, specular_level, compression = "Paper", 2, 4, 80.0
     options = SimpleNamespace(is_invoke=False)
     properties = SimpleNamespace(is_property_set=lambda name: name == "preset")
     directory, files = str(folder), [SimpleNamespace(name="2.astm"), SimpleNamespace(name="3.astm")]
