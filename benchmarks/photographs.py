@@ -78,12 +78,12 @@ def photographs(model, phases=ball_scene.PHASES, **settings):
             for number, scene in enumerate(ball_scene.scenes(phases, **settings), start=1)]
 
 
-def beside(found):
+def shift_balls(found):
     """Photographs whose ball is said to be a pixel to the right and above its place."""
     return [replace(each, centre=each.centre + _pixel(each) * np.array([1, 0, 1]) / np.sqrt(2)) for each in found]
 
 
-def turned(found):
+def turn_lamps(found):
     """Photographs whose lamps are said to stand a degree beside their places, each in a direction of its own."""
     random, moved, angle = np.random.default_rng(0), [], np.radians(1.0)
     for each in found:
@@ -119,7 +119,8 @@ def judged(model):
 
     fit = made(samples)
     values = evaluated(fit, at)
-    changed = [evaluated(made(fitter.samples_from_ball(moved)), at) for moved in (beside(taken), turned(taken))]
+    changed = [evaluated(made(fitter.samples_from_ball(moved)), at) for moved in (
+        shift_balls(taken), turn_lamps(taken))]
     changes = [difference(at[2][covered], values[covered], each[covered]) for each in changed]
     scene = ball_scene.at_phase(*ball_scene.UNUSED, lamp_radius=0.02)
     pictures = [ball_scene.photograph(each, scene) for each in (model, fit)]

@@ -143,7 +143,7 @@ def _blend(task, path):
     from support import checkout, stage
     from tools import fuzz
 
-    def found(scene):
+    def read_scene(scene):
         settings = next(item.active_material for item in scene.objects if item.type == "MESH").measured_brdf
         return {"mean": float(stage.render(scene)[..., :3].mean()),
                 "choices": [getattr(settings, name) for name in CHOICES]}
@@ -158,12 +158,12 @@ def _blend(task, path):
         bpy.ops.measured_brdf.import_data(filepath=str(measurements), diffuse_level=3, specular_level=5,
                                           compression=90.0)
         bpy.ops.wm.save_as_mainfile(filepath=path)
-        told = found(scene)
+        told = read_scene(scene)
     else:
         bpy.ops.wm.open_mainfile(filepath=path)
-        told = found(bpy.context.scene)
+        told = read_scene(bpy.context.scene)
         assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
-        told["refitted"] = found(bpy.context.scene)["mean"]
+        told["refitted"] = read_scene(bpy.context.scene)["mean"]
     print("\n" + json.dumps(told), flush=True)
     os._exit(0)         # bpy 4.2 as a module does not survive an end of its own (`support.stage.EXITS`)
 

@@ -73,7 +73,7 @@ def inspected(spot):
     return made.inspection
 
 
-def shown(panel, material):
+def draw_panel(panel, material):
     """A panel when all that it asks for has been answered."""
     for _ in range(3):
         draw(panel, material=material)
@@ -147,13 +147,13 @@ def test_curves_of_a_mix_are_drawn_without_reading_a_file(mix, monkeypatch):
     drawn, icon = {}, queries.icons.icon
     monkeypatch.setattr(queries.icons, "icon", lambda key, *rest, **more: (
         0, drawn.setdefault(key[0], icon(key, *rest, **more)[1])))
-    assert "Mask" not in shown(panel, mix).texts
+    assert "Mask" not in draw_panel(panel, mix).texts
     assert {name: (job.error, job.result is None) for name, job in drawn.items()} == {
         "sphere": (None, False), "polar": (None, False)}
     middle = drawn["sphere"].result[128, 100:156, :3].mean(axis=0)
     assert middle[0] < middle[1] < middle[2], "dark is blue, bright is red, and there is more of dark"
     masked(mix, np.ones((2, 2)))
-    assert "Mask: half of each" in shown(panel, mix).texts
+    assert "Mask: half of each" in draw_panel(panel, mix).texts
 
 
 def test_a_mix_is_compared_by_its_own_albedo(mix):
@@ -165,7 +165,7 @@ def test_a_mix_is_compared_by_its_own_albedo(mix):
         each.measured_brdf.match, each.measured_brdf.between = grades
     panel = curves.MEASUREDBRDF_PT_pictures
     assert panel.poll(SimpleNamespace(material=mix))
-    texts = [entry[2] for entry in shown(panel, dark).drawn if entry[0] == "text"]
+    texts = [entry[2] for entry in draw_panel(panel, dark).drawn if entry[0] == "text"]
     albedo = [" ".join(f"{100 * math.pi * each:.0f}" for each in values) for values in (DARK, BOTH)]
     for name, *expected in (("Albedo %", *albedo), ("Match", "excellent", "fair"),
                             ("Between Measured Angles", "good", "good")):

@@ -24,7 +24,7 @@ def imported(blender, glossy, file):
 
 
 @pytest.fixture
-def shown(monkeypatch):
+def shown_pictures(monkeypatch):
     """The pictures that have icons, by number: without a window, Blender numbers none."""
     pictures_shown = {}
 
@@ -84,7 +84,7 @@ def test_linked_materials_have_pictures(imported, from_library, no_fits):
     np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
 
 
-def test_before_any_worker_answers_the_small_picture_of_the_material_shows(imported, tmp_path, blender, shown):
+def test_before_any_worker_answers_the_small_picture_of_the_material_shows(imported, tmp_path, blender, shown_pictures):
     expected = pictures.lit_sphere(imported[1], 128)
     file = str(tmp_path / "saved.blend")
     blender.ops.wm.save_as_mainfile(filepath=file)
@@ -92,10 +92,10 @@ def test_before_any_worker_answers_the_small_picture_of_the_material_shows(impor
     material = next(item for item in blender.data.materials if item.measured_brdf.coefficients)
     icon, job = queries.material_sphere(material)
     assert job.finished is None
-    np.testing.assert_allclose(shown[icon], expected, atol=0.6 / 255)
+    np.testing.assert_allclose(shown_pictures[icon], expected, atol=0.6 / 255)
 
 
-def test_a_refit_is_another_fit_and_shows_the_old_one_until_it_is_drawn(blender, glossy, file, shown):
+def test_a_refit_is_another_fit_and_shows_the_old_one_until_it_is_drawn(blender, glossy, file, shown_pictures):
     blender.ops.mesh.primitive_cube_add()
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     material = blender.context.object.active_material
@@ -105,7 +105,7 @@ def test_a_refit_is_another_fit_and_shows_the_old_one_until_it_is_drawn(blender,
     blender.ops.measured_brdf.fit()
     drawn, after = queries.material_sphere(material)
     assert drawn == icon
-    assert shown[icon] is before.result
+    assert shown_pictures[icon] is before.result
     assert after is not before
     answer_all()
     np.testing.assert_allclose(after.result, pictures.lit_sphere(fitter.fit(glossy, 2, None)), atol=1e-3)
@@ -125,7 +125,7 @@ def test_a_fit_that_is_damaged_or_missing_is_an_error(imported):
         tree.pop("fit", None)
 
 
-def test_while_a_material_is_adjusted_its_picture_is_that_of_the_adjusted_fit(imported, shown):
+def test_while_a_material_is_adjusted_its_picture_is_that_of_the_adjusted_fit(imported, shown_pictures):
     material, _ = imported
     icon, before = answered(queries.material_sphere, material)
     material.measured_brdf_adjustments.diffuse_gain = 0.5
