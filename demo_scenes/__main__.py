@@ -1,5 +1,5 @@
 """``make demo``: imports measurements through the add-on and renders the paper's figures, anisotropic and
-translucent materials, a photographed ball and a photographed card.
+translucent materials, a photographed ball and a photographed card, and a carving in real photographs.
 
 Two processes draw small pictures with few samples; ``--full`` draws the same ones as the pages have
 them.
@@ -28,7 +28,7 @@ from support import sheet, synthetic
 from support.checkout import ROOT, extension
 from support.stage import lit_sphere, render, suzanne
 
-from . import anisotropic, ball, card, translucent
+from . import anisotropic, ball, card, carving, translucent
 
 PROCESSES = 2
 PAPER = {"preset": "Paper"}
@@ -146,6 +146,12 @@ def photographed_ball(demo):
               "Draft" if quality.samples < 1 else "Standard")
 
 
+def photographed_carving(demo):
+    """A carving in real photographs beside what is measured of it."""
+    demo.say("measuring a carving in real photographs")
+    carving.draw(demo.quality.folder / "measured_carving.png", round(demo.quality.size * carving.SIZE))
+
+
 def module_picture(demo, module, name, text):
     """The picture of a module, in this quality."""
     demo.say(text)
@@ -157,7 +163,7 @@ def module_picture(demo, module, name, text):
 PARTS = {"card": partial(module_picture, module=card, name="measured_card.png", text="measuring a photographed card"),
          "pan": partial(anisotropic_half, name="brushed_pan"),
          "cloth": partial(anisotropic_half, name="satin_cloth"), "figure 8": figure_8, "figure 3": figure_3,
-         "figure 4": figure_4, "ball": photographed_ball,
+         "figure 4": figure_4, "ball": photographed_ball, "carving": photographed_carving,
          "translucent": partial(module_picture, module=translucent, name="translucent.png",
                                 text="rendering translucent materials")}
 IN_THE_TABLE = "figure 4", "figure 3", "figure 8"
