@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import FloatArray, SingleArray
+from ..arrays import FloatArray, IntArray, SingleArray
 from . import dense, perfect_hash
 
 MOST_DENSE = 1 << 21        # control points of a lattice that is evaluated with its zeros
@@ -81,5 +81,11 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
     magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level, axes).ravel()
     count = min(count, int(np.count_nonzero(magnitude)))
     largest = np.argpartition(-magnitude, min(count, len(magnitude) - 1))[:count]
-    index = perfect_hash.build(largest)
-    return SparseLattice(level, index, flat[index.keys].astype(np.float32), axes)
+    return keep(control_points, level, largest)
+
+
+def keep(control_points: FloatArray, level: int, keys: IntArray) -> SparseLattice:
+    """The control points at some positions of the flattened box, of dense.shape(level, axes) + (channels,)."""
+    index = perfect_hash.build(keys)
+    flat = control_points.reshape(-1, control_points.shape[-1])
+    return SparseLattice(level, index, flat[index.keys].astype(np.float32), control_points.ndim - 1)

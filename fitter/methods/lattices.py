@@ -19,9 +19,9 @@ import numpy as np
 from .. import progress
 from ..arrays import ArrayLike, Directions, FloatArray, IntArray, concatenate_directions, select_directions
 from ..coordinates import Coordinates
-from ..lattice import dense, least_squares, perfect_hash
+from ..lattice import dense, mba, sparse
 from ..lattice.dense import DenseLattice
-from ..lattice.normal_equations import NormalEquations, gains
+from ..lattice.normal_equations import NormalEquations, gains, select_largest
 from ..lattice.positive_definite import inverse_root
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
@@ -46,6 +46,8 @@ _ALIKE_ERRORS = 1.06        # errors of kernels up to this ratio are no differen
 _PRIOR_PRECISION = 0.1      # of a control point that moves from the spline through the nodes: errors at as many samples
                             # as that count as much as a move (.01 follows 1,439 samples too closely, 1 few too little)
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
+RIDGE = 1e-2                # of the mean diagonal, of the sparse lattice of few samples: keeps the spline from
+                            # overshooting between close samples of different values
 _MOST_UNKNOWNS = 4500       # control points that are fitted together: memory is the square of it
 _BATCHES = {3: 2, 4: 3}     # by the number of axes, in which the control points of the sparse lattice are chosen
 _JITTER = 1e-4              # makes the covariance of the control points invertible
@@ -92,8 +94,18 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
     if levels.specular is None:
         return diffuse, None
     progress.report(0.3, "Fitting the sparse lattice")
-    return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), weights, levels.specular,
-                                             levels.kept_count(3))
+    return diffuse, sparse_fit(x, wanted - diffuse.evaluate(x), weights, levels.specular, levels.kept_count(3))
+
+
+def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, count: int) -> SparseLattice:
+    """A sparse lattice of at most `count` control points by ridge regression: those of the largest magnitude in the
+    B-spline approximation of weighted values z, (n, channels), fitted again, all together (where Kameya and Lewis 2002,
+    section 4.1, keep them as they are): far fewer then reach the same error."""
+    magnitude = np.abs(mba.basis_approximation(x, z * weights[:, None], level)).max(axis=-1).ravel()
+    axes = x.shape[1]
+    keys = select_largest(magnitude, dense.representative(level, axes).ravel(), count)
+    control_points, = NormalEquations(x, [(level, keys)]).solve(weights, z, ridge=RIDGE)
+    return sparse.keep(_scatter_to_box(level, axes, keys, control_points), level, keys)
 
 
 def _transfer_last_colour(values: FloatArray, at: Directions, samples: Samples, coordinates: Coordinates,
@@ -176,10 +188,10 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
     if levels.specular is None:
         return DenseLattice(finer, box.astype(np.float32)), None
     # the sparse lattice, in batches of the control points that matter most
-    keys, sparse = no_keys, _scatter_to_box(levels.specular, axes, no_keys, z[:0])
+    keys, specular = no_keys, _scatter_to_box(levels.specular, axes, no_keys, z[:0])
     for number in range(_BATCHES[axes]):
         progress.report(0.4 + 0.6 * number / _BATCHES[axes], "Fitting the sparse lattice")
-        residual = z - dense.evaluate(box, finer, x) - dense.evaluate(sparse, levels.specular, x)
+        residual = z - dense.evaluate(box, finer, x) - dense.evaluate(specular, levels.specular, x)
         count = min(levels.kept_count(axes) // _BATCHES[axes], _MOST_UNKNOWNS)
         chosen = _most_useful(x, levels.specular, weights, residual, count, keys)
         keys = np.union1d(keys, chosen)
@@ -187,13 +199,11 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
             equations = NormalEquations(x, [(level, None), (levels.specular, keys)])
             control_points, of_sparse = equations.solve(weights, z, [regularisation, _independent(keys, kernel)])
             box = _refine_box(control_points, level, finer, axes)
-            sparse = _scatter_to_box(levels.specular, axes, keys, of_sparse)
+            specular = _scatter_to_box(levels.specular, axes, keys, of_sparse)
         else:
             of_sparse = _solve_control_points(x, levels.specular, chosen, weights, residual, kernel)
-            sparse += _scatter_to_box(levels.specular, axes, chosen, of_sparse)
-    index = perfect_hash.build(keys)
-    return (DenseLattice(finer, box.astype(np.float32)),
-            SparseLattice(levels.specular, index, sparse.reshape(-1, z.shape[1])[index.keys].astype(np.float32), axes))
+            specular += _scatter_to_box(levels.specular, axes, chosen, of_sparse)
+    return DenseLattice(finer, box.astype(np.float32)), sparse.keep(specular, levels.specular, keys)
 
 
 def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -224,7 +234,7 @@ def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: Float
     """The control points, other than those known, that can each lower the errors most: positions in the box."""
     gain = gains(x, level, weights, residual)
     gain[known] = 0
-    return least_squares.select_largest(gain, dense.representative(level, x.shape[1]).ravel(), count)[1]
+    return select_largest(gain, dense.representative(level, x.shape[1]).ravel(), count)
 
 
 def _solve_control_points(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray,

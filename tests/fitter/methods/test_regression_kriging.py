@@ -6,7 +6,7 @@ from scipy import interpolate
 
 import fitter
 from fitter import Samples
-from fitter.lattice import dense, least_squares
+from fitter.lattice import dense
 from fitter.methods import lattices, regression_kriging
 from fitter.methods.levels import Levels
 from fitter.model import microfacet
@@ -72,7 +72,7 @@ def test_refitting_is_least_squares_over_the_kept_control_points(random, samples
     level, count = 3, 60
     x = random.random((samples, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
     z, weights = random.standard_normal((samples, 2)), random.random(samples) + 0.1
-    kept = least_squares.sparse_fit(x, z, weights, level, count)
+    kept = lattices.sparse_fit(x, z, weights, level, count)
     assert count - 4 < kept.count <= count
     same = dense.representative(level).ravel()
     free = np.unique(same[kept.index.keys])
@@ -81,7 +81,7 @@ def test_refitting_is_least_squares_over_the_kept_control_points(random, samples
         alone = (same == control_point).astype(float).reshape(*dense.shape(level), 1)
         design[:, column] = dense.evaluate(alone, level, x)[:, 0]
     weighted = design * weights[:, None]
-    ridge = np.sqrt(least_squares.RIDGE * (weighted ** 2).sum() / len(free)) * np.eye(len(free))
+    ridge = np.sqrt(lattices.RIDGE * (weighted ** 2).sum() / len(free)) * np.eye(len(free))
     best = np.linalg.lstsq(np.concatenate([weighted, ridge]),
                            np.concatenate([z * weights[:, None], np.zeros((len(free), 2))]), rcond=None)[0]
     np.testing.assert_allclose(dense.evaluate(kept.dense, level, x), design @ best, atol=1e-5)
