@@ -9,7 +9,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..least_squares import damped_step, levenberg_marquardt
 from ..model import Reflectance, is_isotropic
-from .principled_bsdf import SHEEN_ROUGHNESS, Angles, Principled, angles
+from ..model.microfacet import Geometry, geometry
+from .principled_bsdf import SHEEN_ROUGHNESS, Principled
 
 _GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))        # azimuths that are multiples of it are spread evenly
 _VIEWS, _HALF_ANGLES, _HALF_AZIMUTHS = 8, 14, 6  # viewing angles, half angles and azimuths of half vectors
@@ -60,7 +61,8 @@ class _DirectionPairs(NamedTuple):
 class _Target(NamedTuple):
     """What is fitted."""
 
-    angles: Angles
+    at: Geometry
+    toward: FloatArray          # as `Principled.evaluate_geometry` takes it
     cosine: FloatArray          # of the angle of the light, (n, 1)
     share: FloatArray           # as in `_DirectionPairs`
     root_weight: FloatArray     # of errors of reflected radiance and of albedo, (n + views, 1)
@@ -146,7 +148,7 @@ def _points() -> _DirectionPairs:
 
 def _target(fit: Reflectance) -> _Target:
     points = _points()
-    at = angles(points.theta_i, 0 * points.phi, points.theta_o, points.phi)
+    at = geometry(points.theta_i, 0 * points.phi, points.theta_o, points.phi)
     if is_isotropic(fit):
         values = np.maximum(fit.evaluate(points.theta_i, 0 * points.phi, points.theta_o, points.phi), 0)
     else:
@@ -158,8 +160,9 @@ def _target(fit: Reflectance) -> _Target:
     cosine = at.cos_i[:, None]
     mean = max(float((points.share @ values).mean()) / np.pi, 1e-9)
     weight = np.concatenate([points.weight, np.full(_VIEWS, _ALBEDO_WEIGHT / _VIEWS)]) / 3
-    target = _Target(at, cosine, points.share, np.sqrt(weight)[:, None], (points.share @ values).mean(axis=0), mean,
-                    _looks_metallic(values, points), values)
+    albedo, toward = (points.share @ values).mean(axis=0), np.sin(points.theta_i) * np.cos(points.phi)
+    target = _Target(at, toward, cosine, points.share, np.sqrt(weight)[:, None], albedo, mean,
+                     _looks_metallic(values, points), values)
     return target._replace(perceptual=_perceptual_values(values, target))
 
 
@@ -179,7 +182,7 @@ def _perceptual_values(values: FloatArray, target: _Target) -> FloatArray:
 
 
 def _residuals(inputs: Principled, target: _Target) -> FloatArray:
-    return (_perceptual_values(inputs.evaluate_angles(target.angles), target) - target.perceptual).ravel()
+    return (_perceptual_values(inputs.evaluate_geometry(target.at, target.toward), target) - target.perceptual).ravel()
 
 
 def _error(inputs: Principled, target: _Target) -> float:

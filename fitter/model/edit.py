@@ -32,6 +32,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..shader_constants import COAT_F0, LEAST_HEIGHT_2, LEAST_HORIZON_COSINE, LEAST_LENGTH
+from .ggx import ggx
 from .microfacet import geometry
 from .transform import factor_of_angle
 
@@ -127,8 +128,5 @@ def narrow_directions(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArra
 
 def coat(alpha: float, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> FloatArray:
     """GGX reflection of the coat, with height-correlated masking: (n,), 1/sr."""
-    at, alpha2 = geometry(theta_i, phi_i, theta_o, phi_o), alpha * alpha
-    steepness = (1 + at.tan2_h) / (1 + at.tan2_h / alpha2)
-    long_i, long_o = (np.sqrt(cosine ** 2 * (1 - alpha2) + alpha2) for cosine in (at.cos_i, at.cos_o))
-    visibility = 0.5 / np.maximum(at.cos_o * long_i + at.cos_i * long_o, LEAST_LENGTH)
-    return np.asarray(steepness ** 2 / (np.pi * alpha2) * (COAT_F0 + (1 - COAT_F0) * (1 - at.cos_d) ** 5) * visibility)
+    at = geometry(theta_i, phi_i, theta_o, phi_o)
+    return ggx(at, alpha) * (COAT_F0 + (1 - COAT_F0) * (1 - at.cos_d) ** 5)
