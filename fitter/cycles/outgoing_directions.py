@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import FloatArray, RealArray, unit_vectors
 from ..model import Reflectance
-from . import direction_grid, half_vector_grid
+from . import direction_grid
 from .direction_grid import OUTGOING_COUNT, IncidentDirections
 from .node_lobes import Pairs
 
@@ -85,19 +85,19 @@ class OutgoingDirections:
 def tabulate_outgoing(fit: Reflectance, turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
     """The outgoing directions of a fit, and its values there.
 
-    `turn` is the azimuth of the first principal axis, radians, None for an isotropic fit; the stretch is that of
-    `half_vector_grid`. One direction lies between any two that nodes tabulate: every other one is tabulated.
+    `turn` is the azimuth of the first principal axis, radians, None for an isotropic fit. Every other angle is one that
+    nodes tabulate.
     """
     if turn is None:
         theta = direction_grid.outgoing_angles(OUTGOING_COUNT)
-        grids = [direction_grid.grid(angle) for angle in theta]
+        grids = [direction_grid.mirror_grid(angle) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays)[:, None] for arrays in zip(*grids, strict=True)))
         phi_o, phases = np.zeros((1,)), np.ones((1, 1))
     else:
         theta = direction_grid.outgoing_angles(_VIEW_POLAR)
         phi_o = np.arange(_VIEW_AZIMUTHS) * 2 * np.pi / _VIEW_AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
-        grids = [half_vector_grid.grid(unit_vectors(angle, phi_o), stretch) for angle in theta]
+        grids = [direction_grid.half_vector_grid(unit_vectors(angle, phi_o), stretch) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays) for arrays in zip(*grids, strict=True)))
     wo = unit_vectors(theta[:, None], phi_o)
     above, turned = to.solid_angle > 0, turn or 0.0

@@ -137,7 +137,7 @@ def test_sampled_directions_are_where_the_mixture_is_wrong(curet, cornell, mater
     mixture = node_mixture.cycles_mixture(fit)
     moments = []
     for theta_o in np.radians((0, 10, 25, 40, 55, 70, 80)):
-        to = direction_grid.grid(theta_o)
+        to = direction_grid.mirror_grid(theta_o)
         truth, found = seen_from(fit, below(mixture), theta_o, 0.0, to.unit)
         left, p = np.maximum(truth - found, 0).sum(axis=1), density(mixture, theta_o, to.unit)
         moments.append([noise(carried, p, to.solid_angle) for carried in (left + 0.1 * truth.sum(axis=1), left)])
@@ -149,7 +149,7 @@ def test_sampled_directions_are_where_the_mixture_is_wrong(curet, cornell, mater
 def test_sampling_finds_a_highlight_that_even_directions_miss(cornell):
     fit = fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])
     mixture, theta_o = node_mixture.cycles_mixture(fit), np.radians(75)
-    to = direction_grid.grid(theta_o)
+    to = direction_grid.mirror_grid(theta_o)
     truth, found = seen_from(fit, below(mixture), theta_o, 0.0, to.unit)
     left = np.maximum(truth - found, 0).sum(axis=1)
     assert noise(left, density(mixture, theta_o, to.unit), to.solid_angle) < 0.2 * noise(
@@ -167,7 +167,7 @@ def test_where_the_shader_is_exact_the_mixture_is_hardly_above_the_fit_and_has_m
     fit = standard(material, curet, cornell)
     mixture, shares = below(node_mixture.cycles_mixture(fit)), []
     for theta_o in np.radians((3, 17, 31, 47, 62, 77)):
-        to = direction_grid.grid(theta_o)
+        to = direction_grid.mirror_grid(theta_o)
         truth, found = seen_from(fit, mixture, theta_o, 0.0, to.unit)
         above, left = (to.solid_angle @ np.maximum(each, 0) for each in (found - truth, truth - found))
         shares.append([each.sum() / (to.solid_angle @ truth).sum() for each in (above, left)])
@@ -183,7 +183,7 @@ def test_what_is_above_the_fit_is_given_back_by_what_is_left(curet, cornell, mat
     mixture = node_mixture.cycles_mixture(fit)
     angles, made, wanted = direction_grid.outgoing_angles(direction_grid.OUTGOING_COUNT), [], []
     for theta_o in angles:
-        to = direction_grid.grid(theta_o)
+        to = direction_grid.mirror_grid(theta_o)
         truth, found = seen_from(fit, below(mixture), theta_o, 0.0, to.unit)
         balance = [np.interp(theta_o, mixture.theta, column) for column in mixture.sampling.balance.T]
         made.append(to.solid_angle @ (found + balance * np.maximum(truth - found, 0)))
