@@ -149,12 +149,9 @@ def widths(shape: Shape) -> tuple[RealArray, RealArray]:
 
 
 def pdf(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
-    """The pdf, per solid angle of wi, with which the shader samples a lobe: (..., n).
-
-    Of a microfacet lobe, that of half vectors about its normal, as many as there are microfacets; those that face away
-    from the viewer reflect too, as if they were turned round. Of a diffuse lobe, the cosine; of sheen, all directions
-    above the horizon evenly.
-    """
+    """The pdf, per solid angle of wi, with which the shader samples a lobe: (..., n). Of a microfacet lobe, that of
+    half vectors about its normal, as many as there are microfacets (those that face away from the viewer reflect too);
+    of a diffuse lobe, the cosine; of sheen, an even one above the horizon."""
     if kind == "sheen":
         return np.full(pairs.wi.shape[:-1], 1 / (2 * np.pi))
     if kind == "diffuse":

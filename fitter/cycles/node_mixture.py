@@ -1,15 +1,11 @@
-"""A fit as a sum of Blender's closures: what Cycles samples, with OSL and, as closure nodes, without; and EEVEE.
+"""A fit as a sum of Blender's closures: what Cycles samples, with OSL and, as closure nodes, without; and EEVEE. What
+the sum is, and what it is used for, is in docs/rendering.md.
 
-For each of some polar angles of the viewer the reflected radiance T = f cos theta_i is approximated by a diffuse lobe
-and some others (`node_lobes`), whose roughness, tilt, anisotropy and colour change with that angle. Nodes interpolate
-them linearly between the tabulated angles. The colours of an anisotropic fit change with the viewer's azimuth phi too,
-as A cos^2 phi + B sin^2 phi about the first principal axis.
-
-The lobes are what is left of many, whose shapes do not change with the angle, after those have been removed without
-which the error grows least (B. Hassibi, D. G. Stork: Second Order Derivatives for Network Pruning: Optimal Brain
-Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the
-absolute error in which the colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and
-Nonlinear Least Squares Problems Whose Variables Separate, 1973) and second differences from angle to angle are
+The lobes are what is left of many, whose shapes do not change with the viewer's angle, after those have been removed
+without which the error grows least (B. Hassibi, D. G. Stork: Second Order Derivatives for Network Pruning: Optimal
+Brain Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for
+the absolute error in which the colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses
+and Nonlinear Least Squares Problems Whose Variables Separate, 1973) and second differences from angle to angle are
 penalised.
 """
 
@@ -87,11 +83,9 @@ EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False, False)
 
 
 class Sampling(NamedTuple):
-    """What the shader shows of a mixture where it is exact, and how it samples directions for what that leaves.
-
-    With their lower colours lobes hardly exceed the fit anywhere, so that what is left only adds. It is multiplied by
-    the balance where what is above the fit is not taken away: the albedo is then the fit's.
-    """
+    """What the shader shows of a mixture where it is exact, and how it samples directions for what that leaves. With
+    their lower colours lobes hardly exceed the fit, so that the residual only adds; times the balance it gives the
+    fit's albedo."""
 
     lower_colours: FloatArray               # (stops, lobes, phases, channels)
     selection_probabilities: FloatArray     # (stops, lobes + 1): of the pdf of each lobe and, the last, of none
@@ -102,11 +96,8 @@ class Sampling(NamedTuple):
 
 
 class NodeMixture(NamedTuple):
-    """A sum of closure nodes.
-
-    The first lobe is a diffuse one about the surface's normal. There are two phases where colours change with the
-    azimuth of the viewer, else one.
-    """
+    """A sum of closure nodes, the first a diffuse one about the surface's normal. There are two phases where colours
+    change with the azimuth of the viewer, else one."""
 
     kinds: tuple[Kind, ...]
     theta: FloatArray               # polar angles of the viewer, (stops,) radians, from 0
@@ -234,8 +225,8 @@ def _average_near_knots(values: FloatArray) -> FloatArray:
 
 
 def _fit_lower_colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
-    """The colours of lobes of the least absolute error, above the target `_OVERSHOOT_WEIGHT` times as much, by
-    reweighted least squares: (views, lobes, phases, channels)."""
+    """The colours of lobes of the least absolute error, above the target `_OVERSHOOT_WEIGHT` times as much: (views,
+    lobes, phases, channels)."""
     lobes = _Lobes.make(views, columns)
     found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _ERROR_FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
@@ -302,7 +293,7 @@ def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
 def _absolute_error_weights(views: OutgoingDirections, left: RealArray, floor: float) -> RealArray:
     """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with those of
     the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the
-    closures' weights."""
+    weights."""
     azimuths = len(views.azimuthal_basis)
     weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
     weight += (floor * views.brightness / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
@@ -447,11 +438,8 @@ def _error_growth(found: _Solution, weight: RealArray) -> FloatArray:
 
 
 class _Variables:
-    """The shapes as numbers that the refinement changes: (stops, variables).
-
-    They are the logarithm of the roughness, the tilt, and minus the logarithm of 1 less the anisotropy's size, with
-    the anisotropy's sign; the first lobe has none.
-    """
+    """The shapes as numbers that the refinement changes, (stops, variables), of all lobes but the first: the logarithm
+    of the roughness, the tilt, and minus the logarithm of 1 less the anisotropy's size, with its sign."""
 
     def __init__(self, kinds: Sequence[Kind], theta: FloatArray, engine: Engine) -> None:
         numbers = range(1, len(kinds))
@@ -527,8 +515,8 @@ def _squared_error(weight: RealArray, found: _Solution) -> float:
 
 def _eliminate_colours(views: OutgoingDirections, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray,
                        found: _Solution, weight: RealArray) -> tuple[FloatArray, FloatArray]:
-    """The normal equations of the variables, after the colours have been eliminated: (views, variables, variables)
-    and (views, variables)."""
+    """The normal equations of the variables, (views, variables, variables) and (views, variables), after the colours
+    have been eliminated."""
     columns = found.lobes.columns.shape[1]
     phases, lobes = views.azimuthal_basis.shape[1], [lobe for _, lobe in variables.places]
     # derivatives of the rows by each variable, beside the rows themselves

@@ -20,11 +20,8 @@ _DARK_VALUE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class OutgoingDirections:
-    """What is seen from polar angles of the viewer, each with azimuths: one of an isotropic fit.
-
-    An isotropic fit is seen from azimuth 0; directions of an anisotropic one are in the principal axes. All arrays of
-    directions are in single precision.
-    """
+    """What is seen from polar angles of the viewer, each with azimuths: of an isotropic fit only 0; of an anisotropic
+    one in the principal axes. Arrays of directions are in single precision."""
 
     theta: FloatArray               # (views,), radians
     azimuthal_basis: FloatArray     # (azimuths, 1 or 2): colours of a lobe times 1, or cos^2 and sin^2 of the azimuth
@@ -83,11 +80,8 @@ class OutgoingDirections:
 
 
 def tabulate_outgoing(fit: Reflectance, turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
-    """The outgoing directions of a fit, and its values there.
-
-    `turn` is the azimuth of the first principal axis, radians, None for an isotropic fit. Every other angle is one that
-    nodes tabulate.
-    """
+    """The outgoing directions of a fit, and its values there. `turn` is the azimuth of the first principal axis,
+    radians, None for an isotropic fit. Every other angle is one that nodes tabulate."""
     if turn is None:
         theta = direction_grid.outgoing_angles(OUTGOING_COUNT)
         grids = [direction_grid.mirror_grid(angle) for angle in theta]

@@ -73,11 +73,8 @@ class _Target(NamedTuple):
 
 
 def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
-    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) float64, in 0 to 1.
-
-    1 / pi times the integral of f cos(theta_i) cos(theta_o) over both hemispheres, by the midpoint rule in sin^2 theta
-    and azimuth; negative values count as 0. Linear, in the colour space of the fit.
-    """
+    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) in 0 to 1, linear in the colours
+    of the fit. By the midpoint rule in sin^2 theta and azimuth; negative values count as 0."""
     sin2 = (np.arange(steps) + 0.5) / steps
     theta, azimuth = np.arcsin(np.sqrt(sin2)), (np.arange(steps) + 0.5) / steps * np.pi
     theta_i, theta_o, phi = (grid.ravel() for grid in np.meshgrid(theta, theta, azimuth, indexing="ij"))
@@ -89,12 +86,10 @@ def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
 
 
 def principled(fit: Reflectance) -> Principled:
-    """The Principled BSDF that is closest to a fit.
-
-    Least squares of the cube root of the reflected radiance, as eyes see it, and of the albedo for every view.
-    Directions are closer together around the mirror direction, because lamps make pictures bright there. It is a metal
-    where a highlight is most of what is reflected, and more than a dielectric's; it has sheen or a coat where the error
-    becomes clearly smaller by it.
+    """The Principled BSDF that is closest to a fit: of least squares of the cube root of the reflected radiance, as
+    eyes see it, and of the albedo for every view, with more directions about the mirror's, where lamps make pictures
+    bright. It is a metal where a highlight is most of what is reflected, and more than a dielectric's; it has sheen or
+    a coat where the error becomes clearly smaller by it.
 
     Examples
     --------

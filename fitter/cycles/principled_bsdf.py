@@ -2,13 +2,10 @@
 
 As Cycles of Blender 4 and 5 evaluates the node: a sheen (T. Zeltner, B. Burley, M. J.-Y. Chiang: Practical
 Multiple-Scattering Sheen Using Linearly Transformed Cosines, SIGGRAPH Talks 2022) over a coat over a metal mixed with a
-dielectric over a Lambertian. Coat, metal and dielectric are microfacets of T. S. Trowbridge, K. P. Reitz: Average
-Irregularity Representation of a Rough Surface for Ray Reflection, 1975, with the height-correlated masking of
-E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014; what metal and
-dielectric lose between microfacets is added in proportion (C. Kulla, A. Conty: Revisiting Physically Based Shading at
-Imageworks, SIGGRAPH Course 2017). Each layer lets through what the largest channel of its albedo leaves.
-
-Other inputs have the values of a new node; the index of refraction is 1.5.
+dielectric over a Lambertian. Coat, metal and dielectric are GGX; what metal and dielectric lose between microfacets is
+added in proportion (C. Kulla, A. Conty: Revisiting Physically Based Shading at Imageworks, SIGGRAPH Course 2017). Each
+layer lets through what the largest channel of its albedo leaves. Other inputs have the values of a new node; the index
+of refraction is 1.5.
 """
 
 import functools
