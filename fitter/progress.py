@@ -38,7 +38,7 @@ def report(fraction: float, doing: str = "") -> None:
 @contextmanager
 def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator[None]:
     """What is reported within goes from one fraction of the present part to another: with what is being done until
-    something else is reported, and what stands before everything that is being done within."""
+    something else is reported, and what stands before all that is being done within."""
     outer, now = _listener.get(), doing
     if outer is None:
         yield

@@ -89,10 +89,8 @@ def read_picture(path: str | Path, encoding: str | None = None) -> PictureFile:
 
     The encoding, "linear" or "srgb", is what the values are, whatever the file says. By default they are what it says;
     and where it says nothing, sRGB of 8 bits, and else linear. Of several parts the first is read, of several layers
-    that of the whole picture or the first; notes say so.
-
-    Raises DatasetError if it cannot be read, has neither one nor three channels of colour, or holds numbers that are
-    not finite; ImportError if OpenImageIO is absent.
+    that of the whole picture or the first; notes say so. Raises DatasetError if it cannot be read, has neither one nor
+    three channels of colour, or holds numbers that are not finite; ImportError if OpenImageIO is absent.
     """
     path, more = Path(path), list[str]()
     with _open_picture(path) as file:
@@ -210,11 +208,8 @@ def _colours(spec: Any, path: Path, notes: list[str]) -> list[int]:
 
 
 def _bend(spec: Any, bits: int | None, encoding: str | None) -> Callable[[FloatArray], FloatArray] | None:
-    """What makes the values of a file linear; None where they are.
-
-    OpenImageIO takes PNG and JPEG for sRGB where these say nothing, as their specifications do. A gamma near that of
-    sRGB is how older files say it.
-    """
+    """What makes the values of a file linear; None where they are. OpenImageIO takes PNG and JPEG for sRGB where these
+    say nothing, as their specifications do. A gamma near that of sRGB is how older files say it."""
     if encoding is not None:
         return decode_srgb if encoding == "srgb" else None
     said = str(spec.get_string_attribute("oiio:ColorSpace")).lower()

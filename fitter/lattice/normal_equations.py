@@ -1,9 +1,7 @@
-"""Normal equations of least-squares fits of lattices to many samples.
-
-All samples in one cell of a lattice have nearly the same control points, so that a cell adds a small matrix, the
-product of its samples' basis functions, to the normal equations. Each sample costs the same, however many control
-points there are. The equations take the square of these in memory, and their solution the cube in time.
-"""
+"""Normal equations of least-squares fits of lattices to many samples. All samples in one cell have nearly the same
+control points, so that a cell adds a small matrix, the product of its samples' basis functions: each sample costs the
+same, however many control points there are. The equations take the square of these in memory, and their solution the
+cube in time."""
 
 import itertools
 import math
@@ -19,13 +17,9 @@ _RIM = 1e-4                 # of the mean diagonal, added to that of each contro
 
 
 class NormalEquations:
-    """The least-squares fit of a sum of lattices to samples. Control points at mirror images are equal: they are one
-    unknown.
-
-    Samples have coordinates (n, axes) in the stored part of the lattices. Of each lattice are given its level, and the
-    control points that it has, mirror images included: positions in the flattened box of `dense.shape`, (k,), or None
-    for all of them.
-    """
+    """The least-squares fit of a sum of lattices to samples at coordinates (n, axes) in their stored part. Control
+    points at mirror images are equal: they are one unknown. Of each lattice are given its level, and the control points
+    that it has, mirror images included: positions in the flattened box, (k,), or None for all of them."""
 
     def __init__(self, x: FloatArray, parts: Sequence[tuple[int, IntArray | None]]) -> None:
         self._grids, self._keys, images, size = [], [], [], 0
@@ -51,12 +45,9 @@ class NormalEquations:
 
     def solve(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
               ridge: float = 1e-9) -> list[FloatArray]:
-        """The control points of each lattice, (k, channels), that minimise the weighted squared error and the lattices'
-        norms.
-
-        Errors of z, (n, channels), are multiplied by weights (n,); a norm is a quadratic form of the control points of
-        a lattice, (k, k), or the diagonal of one, (k,). The ridge is a share of the mean diagonal.
-        """
+        """The control points of each lattice, (k, channels), that minimise the squares of weights (n,) times errors of
+        z, (n, channels), and the lattices' norms: a quadratic form of the control points, (k, k), or its diagonal,
+        (k,). The ridge is a share of the mean diagonal."""
         matrix, moment = self.reduced_system(weights, z, norms)
         if not len(matrix):
             return [moment]
