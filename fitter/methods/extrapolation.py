@@ -1,10 +1,9 @@
 """Extrapolation of a field outside the measured domain: with the colour at its edge, and no growth of its own.
 
 A Gaussian process continues the field above the prior along its slope, in each channel for itself: extrapolated
-highlights turn yellow or magenta. Here each extrapolated pair of directions has a measured pair with the same half
-vector, so that a highlight is compared with itself. The differences between channels are those of the measured pair.
-The mean over channels is the continued one; of many samples, whose lattices know no process, it is no larger than that
-of the measured pair: growth toward the horizon is the prior's.
+highlights turn yellow or magenta. Here each extrapolated pair of directions has the differences between channels of a
+measured pair with the same half vector, so that a highlight is compared with itself. The mean over channels is the
+continued one; of many samples, whose lattices know no process, no larger than that of the measured pair.
 """
 
 from collections.abc import Iterable

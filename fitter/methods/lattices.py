@@ -1,14 +1,10 @@
-"""Lattices of the field of a Gaussian process, found from its mean or, of many samples, without it.
+"""Lattices of the field of a Gaussian process, found from its mean (`fit_to_field`) or, of many samples, without it
+(`fit_to_samples`).
 
-The mean of a Gaussian process minimises the squared errors at the samples plus noise times the field's squared norm in
-the kernel's Hilbert space (C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, section
-6.2). Two solvers minimise it:
-
-- `of_field`, where the process itself can be solved. The dense lattice interpolates its mean at the nodes; both then
-  follow the mean at the samples and at directions between them, by least squares.
-- `of_samples`, of more. The norm is that of the dense lattice's control points, c^T K^-1 c with the kernel's covariance
-  K of their places, and a multiple of the squared control points of the sparse lattice. Errors are those at the samples
-  themselves.
+The mean minimises the squared errors at the samples plus noise times the field's squared norm in the kernel's Hilbert
+space (C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, section 6.2). Of many samples
+the norm is that of the dense lattice's control points, c^T K^-1 c with the kernel's covariance K of their places, and a
+multiple of the squared control points of the sparse lattice.
 """
 
 import math
@@ -130,10 +126,8 @@ def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
 
 
 def _random_directions(samples: Samples) -> Directions:
-    """Random directions at which the field is followed, half of them near the mirror direction: four (n,) arrays.
-
-    They reach as far as the samples do.
-    """
+    """Random directions at which the field is followed, as far as the samples reach, half of them near the mirror
+    direction: four (n,) arrays."""
     rng = np.random.default_rng(0)
     farthest = max(samples.theta_i.max(), samples.theta_o.max())
     theta_i, theta_o = farthest * np.sqrt(rng.random((2, _BETWEEN)))
@@ -150,11 +144,8 @@ def _random_directions(samples: Samples) -> Directions:
 
 def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
                    ) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit a dense lattice to many samples, and a sparse one to what it leaves, by regularised least squares.
-
-    Samples are isotropic unless the coordinates have four axes. At most `_MOST_UNKNOWNS` control points of a batch are
-    chosen.
-    """
+    """Fit a dense lattice to many samples, and a sparse one to what it leaves, by regularised least squares. Samples
+    are isotropic unless the coordinates have four axes."""
     # a stratified sample, `represented` of which each stands for
     used = subsample(samples, _CANDIDATES)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
@@ -208,12 +199,8 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
 
 def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
     """A stratified random sample of at most `MAX_STRATIFIED` of coordinates (n, axes) in [0, 1]: their indices, and how
-    many each stands for.
-
-    Some are a stratified random sample of the cells of a grid, with as many of each: about a mirror direction a table
-    may have a handful amid millions elsewhere, of which a random sample has none, and lattices have spikes and holes.
-    The others are drawn at random.
-    """
+    many each stands for. Some are of the cells of a grid, as many of each: about a mirror direction a table may have a
+    handful amid millions elsewhere, of which a random sample has none, and lattices have spikes and holes."""
     if len(x) <= MAX_STRATIFIED:
         return np.arange(len(x)), np.ones(len(x))
     side = round(_STRATA ** (1 / x.shape[1]))
@@ -264,9 +251,9 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     """The log-likelihood of each value of many samples in systems of as many axes, above priors of one offset, with a
     dense lattice for the field: (systems, transforms); constants are left out.
 
-    A few samples do not tell how narrow a highlight is, many do. The control points have the kernel's covariance, and
-    the samples noise that falls with their weights; the variance of the field is the most likely one of each channel
-    (Rasmussen and Williams, equations 5.8, and A.9 and A.10, by which its matrices have the size of the lattice).
+    The control points have the kernel's covariance, and the samples noise that falls with their weights; the variance
+    of the field is the most likely one of each channel (Rasmussen and Williams, equations 5.8, and A.9 and A.10, by
+    which its matrices have the size of the lattice).
     """
     weights = _weights(samples, transforms[0].offset)
     z = np.concatenate([each.field(samples.values, *samples.directions) for each in transforms], axis=1)
@@ -289,11 +276,9 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
 
 
 class IncidenceValidation:
-    """How well a dense lattice predicts whole incidences of many samples that it has not seen, for any kernel.
-
-    Incidences between the flattest and the steepest are left out, in `_FOLDS` folds: of a few every one by itself, of
-    those that lie densely every fifth, between others. Of samples without an incidence between, it is single ones.
-    """
+    """How well a dense lattice predicts whole incidences of many samples that it has not seen, for any kernel: those
+    between the flattest and the steepest, in `_FOLDS` folds (docs/fitting.md). Of samples without any it is single
+    ones."""
 
     def __init__(self, samples: Samples, coordinates: Coordinates, transform: LogRelative) -> None:
         self._axes = len(coordinates.axes)
@@ -320,16 +305,15 @@ class IncidenceValidation:
             *dense.shape(self._level, self._axes), -1))
 
     def select_kernel(self, kernels: Sequence[Kernel]) -> Kernel:
-        """The first of kernels whose cross-validated error is the least, but for what so coarse a lattice does not
-        show."""
+        """The first of kernels whose cross-validated error is about the least, as far as so coarse a lattice shows."""
         errors = [self.error(kernel) for kernel in kernels]
         most = _ALIKE_ERRORS * min(errors)
         return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= most)
 
 
 def _folds(samples: Samples) -> IntArray:
-    """The fold of the cross-validation in which each sample is left out, (n,), with all others of its incidence: -1
-    for never, which the flattest and the steepest incidences are, as nothing beyond them is measured."""
+    """The fold of the cross-validation in which each sample is left out, (n,), with all others of its incidence: -1 for
+    never, as nothing beyond the flattest and the steepest incidences is measured."""
     steps = np.rint(np.degrees(samples.theta_i) * _STEPS_PER_DEGREE).astype(np.int64)
     incidences = steps
     if not samples.isotropic:
@@ -355,10 +339,8 @@ def _refine_box(control_points: FloatArray, level: int, finer: int, axes: int) -
 
 
 def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
-    """The inverse of a kernel's covariance of the places of a dense lattice's control points: (points, points) float64.
-
-    Of mirror images, which are one unknown, the first has all of it.
-    """
+    """The inverse of a kernel's covariance of the places of a dense lattice's control points, (points, points). Of
+    mirror images, which are one unknown, the first has all of it."""
     shape, origin = dense.shape(level, axes), dense.origin(level, axes)
     first = np.unique(dense.representative(level, axes))
     places = np.moveaxis(np.indices(shape), 0, -1).reshape(-1, axes)[first] + np.array(origin)

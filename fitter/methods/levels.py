@@ -13,8 +13,7 @@ KEPT_OF_FOUR = 3           # times the control points of three axes are kept of 
 
 @dataclass(frozen=True)
 class Levels:
-    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4). Raises ValueError if one of them is out of
-    range.
+    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4). Raises ValueError if one is out of range.
 
     Examples
     --------
@@ -42,8 +41,7 @@ class Levels:
 
     def four_axis_levels(self) -> "Levels":
         """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis, and with
-        three times as many control points kept.
-        """
+        three times as many control points kept."""
         diffuse = min(max(self.diffuse - 1, 0), _FINEST_DENSE)
         if self.specular is None:
             return Levels(diffuse, None, self.compression)

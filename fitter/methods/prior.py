@@ -1,9 +1,7 @@
-"""Fitting a model of lobes to samples: the prior of `regression_kriging`.
+"""Fitting a model of lobes to samples: the prior of `regression_kriging` (docs/fitting.md, step 3).
 
 The model adds what the samples alone do not tell: the height of a peak that no sample hit, and the growth of a lobe
-toward grazing incidence. Lobes are added one by one, each time the one that helps most of several kinds and widths. All
-parameters are then fitted by the algorithm of D. W. Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear
-Parameters, 1963.
+toward grazing incidence. Lobes are added one by one, each time the one that helps most.
 """
 
 from collections.abc import Callable
@@ -67,12 +65,8 @@ def parameter_count(model: Microfacet) -> int:
 
 
 def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Microfacet]:
-    """The Lambertian of typical values, (m, channels), 1/sr, and the least-squares models with one lobe, two lobes, and
-    so on.
-
-    Each is a least-squares fit of log(f + offset), the offset positive, 1/sr. A model that has more parameters than a
-    quarter of the values is left out.
-    """
+    """The Lambertian of typical values, (m, channels), 1/sr, and the least-squares fits of log(f + offset), the offset
+    positive, 1/sr, with one lobe, two lobes, and so on, up to as many parameters as a quarter of the values."""
     models = [lambertian(typical)]
     if not np.ptp(samples.values):
         return models
@@ -138,8 +132,7 @@ class _Problem:
         return min((self.minimise(model, _PRIOR_ITERATIONS) for model, _ in promising), key=_cost)
 
     def minimise(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
-        """The model of the least regularised squares near a start, by Levenberg and Marquardt, and its sum of
-        squares."""
+        """The model of the least regularised squares near a start, and its sum of squares."""
         channels, kinds = self.values.shape[1], start.kinds
         count = _PARAMETERS if self.surface_components is None else _ANISOTROPIC_PARAMETERS
         target = bounded_log(self.values, 1.0)
@@ -196,8 +189,7 @@ def _cost(solved: tuple[Microfacet, float]) -> float:
 
 
 def _regularisation_forms(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
-    """The quadratic forms that regularise all parameters toward their start, and a lobe's strengths toward their
-    mean."""
+    """The quadratic forms that pull all parameters toward their start, and a lobe's strengths toward their mean."""
     count = shape * lobes + channels * (lobes + 1)
     apart = np.eye(channels) - 1 / channels
     colour = np.zeros((count, count))

@@ -1,17 +1,7 @@
-"""Regression kriging: a model of lobes, a Gaussian process of its residuals, and splines that store the result.
-
-In geostatistics, regression kriging is a regression whose residuals are interpolated by a Gaussian process (T. Hengl,
-G. B. M. Heuvelink, D. G. Rossiter: About regression-kriging, Computers & Geosciences 33(10), 2007). Here it has five
-steps, each a module:
-
-1. Fit priors of none to three lobes to the samples (`prior`).
-2. Choose the coordinates, the prior and the kernel under which the samples are likeliest (`gaussian_process`): the
-   field is the samples' log-ratio to the prior, as `LogRelative` has it. Where there are many samples, choose
-   coordinates and prior by a lattice for the field, and the kernel by incidences that it has not seen (`lattices`).
-3. Interpolate the field by a Gaussian process with that kernel, where there are few samples.
-4. Fit the lattices to its mean; where there are many samples, directly to these (`lattices`).
-5. Where the fit reflects more light than it receives, lower it (`energy`).
-"""
+"""Regression kriging: a model of lobes, a Gaussian process of its residuals, and splines that store the result (T.
+Hengl, G. B. M. Heuvelink, D. G. Rossiter: About regression-kriging, Computers & Geosciences 33(10), 2007). The steps of
+docs/fitting.md are modules: `prior`, `gaussian_process` with `highlight`, `lattices`, which of many samples chooses
+coordinates, prior and kernel too, and `energy`."""
 
 import math
 from collections.abc import Sequence
@@ -64,11 +54,9 @@ _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vect
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What is known of samples before lattices are fitted: most of the work, which fits of several levels share.
-
-    Of more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of anisotropic ones there is no field. A highlight has the
-    colours that the field has there; it is None where the field keeps its own.
-    """
+    """What is known of samples before lattices are fitted: most of the work, which fits of several levels share. Of
+    more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of anisotropic ones there is no field; a highlight is None
+    where the field keeps its own colours."""
 
     coordinates: Coordinates
     transform: LogRelative
@@ -159,10 +147,8 @@ def _mu(coordinates: Coordinates, samples: Samples) -> FloatArray:
 
 def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
     """Systems of coordinates, each with all of its stretches: of few samples those that say most of directions where
-    none are, of many the one in which a lattice shows most of these.
-
-    Of anisotropic samples, along the axes, and along those of the narrowest anisotropic lobe of a model.
-    """
+    none are, of many the one in which a lattice shows most of these. Of anisotropic samples, along the axes, and along
+    those of the narrowest anisotropic lobe of a model."""
     stretches = [each for each in _STRETCHES_OF_MANY if each * _finest(samples) < _RESOLVED]
     if samples.isotropic:
         if len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
@@ -183,10 +169,8 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
 
 
 def _finest(samples: Samples) -> float:
-    """The radius of the half angle up to which samples tell what a highlight is like, in the plane of incidence.
-
-    Across it steps of the azimuth are as fine as one likes at small polar angles.
-    """
+    """The radius of the half angle up to which samples tell what a highlight is like, in the plane of incidence: across
+    it steps of the azimuth are as fine as one likes at small polar angles."""
     radius = 2 * HalfAngle().encode(*samples.directions)[:, 0] - 1
     along = np.abs(samples.theta_i - samples.theta_o)
     across = np.sin(samples.theta_o) * np.arccos(-np.cos(samples.phi_o - samples.phi_i))
@@ -205,10 +189,8 @@ def _sixth_smallest(numbers: FloatArray) -> float:
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
-    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them.
-
-    A plausible fit is nowhere negative, and has a directional albedo of at most 1: `Fit.changes` says what that
-    changed. Anisotropic samples are fitted with `Levels.four_axis_levels`.
+    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them. Anisotropic samples are
+    fitted with `Levels.four_axis_levels`.
 
     Examples
     --------
@@ -238,8 +220,8 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
 
 
 def _reciprocities(samples: Samples) -> Sequence[float]:
-    """Those among which samples choose: of nearly all pairs measured one way, say with the light the steeper direction,
-    nothing tells how they differ from those measured the other way, and the field is reciprocal."""
+    """Those among which samples choose: of nearly all pairs measured one way, nothing tells how they differ from those
+    measured the other way, and the field is reciprocal."""
     apart = samples.theta_i - samples.theta_o
     apart = apart[np.abs(apart) > _EQUAL_ANGLES]
     both_ways = len(apart) and min((apart > 0).mean(), (apart < 0).mean()) >= _BOTH_WAYS
@@ -247,11 +229,9 @@ def _reciprocities(samples: Samples) -> Sequence[float]:
 
 
 def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
-    """The variance of each sample's noise beyond that of the kernel, relative to the field's: (n,).
-
-    Of repeated measurements, their scatter. A few samples far below the prior are failures of a detector, which reads
-    next to nothing amid a lobe; where there are many, it is the prior that fails.
-    """
+    """The variance of each sample's noise beyond that of the kernel, relative to the field's, (n,): of repeated
+    measurements, their scatter. A few samples far below the prior are failures of a detector, which reads next to
+    nothing amid a lobe; where there are many, it is the prior that fails."""
     field = transform.field(samples.values, *samples.directions)
     failed = field.mean(axis=1) < -math.log(_FAILED_FACTOR)
     noise = np.where(failed & (failed.mean() <= _RARELY), _FAILURE, 0.0)

@@ -24,11 +24,9 @@ KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the 
 
 
 def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fit:
-    """Find the fit of fewest bytes whose error is within a tolerance.
-
-    The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 4
-    (`Levels.four_axis_levels`). For each diffuse level, bisection finds the
-    largest compression that suffices.
+    """Find the fit of fewest bytes whose error is within a tolerance, by bisection of the compression for each diffuse
+    level: of fits by "kriging" with a specular lattice of level 6, or of anisotropic samples 4
+    (`Levels.four_axis_levels`).
 
     Parameters
     ----------

@@ -124,9 +124,8 @@ class Conductor:
 
 
 def conductor_fresnel(n: FloatArray, k: FloatArray, cosine: FloatArray) -> FloatArray:
-    """The unpolarised reflectance of a conductor of index n + i k, at an angle of incidence of this cosine.
-
-    Fresnel's equations, of arrays that broadcast.
+    """The unpolarised reflectance of a conductor of index n + i k, at an angle of incidence of this cosine, of arrays
+    that broadcast.
 
     Examples
     --------

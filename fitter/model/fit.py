@@ -1,9 +1,5 @@
-"""The bi-level model of Kameya and Lewis 2002, section 4, generalised to other coordinates and transforms.
-
-The lattices hold a field f_d + f_s over coordinates of the directions: f_d on a coarse dense lattice, f_s on a fine
-sparse one, which keeps the same control points for all channels. A transform maps the field to reflectance; in the
-paper it is the identity.
-"""
+"""The bi-level model of Kameya and Lewis 2002, section 4, generalised to other coordinates and transforms: the lattices
+hold a field f_d + f_s over coordinates of the directions, which a transform maps to reflectance."""
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property

@@ -1,15 +1,9 @@
 """Fits as files or bytes: NumPy .npz archives with a version, without pickled objects; every entry is checked on
 reading.
 
-The entries are `header`, a JSON text with format, version, coordinates, transform, levels, compression, channels,
-columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
-log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`, and if
-its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit in half and difference coordinates has
-`softening` and `stretch`, of half angles `stretch` and `back_stretch`, or of an anisotropic one `along`, `across` and
-`turn`; that of a log-relative one `offset`, `plausible`, `grey` and `lobes`, the kinds of the prior's lobes. An edited
-fit has the entries `edit_diffuse`, `edit_highlight`, `edit_level`, `edit_balance` and `edit_through`, and `edit` in the
-header: width, coat and coat_width. Of what has light below its surface the header has `subsurface`: albedo,
-mean_free_path and index.
+The entries are arrays, and `header`, a JSON text. Those that all fits have are in `to_bytes`; besides there are the
+arrays `coefficients`, `keys` and `displacement` of a bi-level fit; `prior_*` and `damping` of a log-relative one;
+`edit_*` of an edited one; and in the header the parameters of the coordinates, `edit` and `subsurface`.
 """
 
 import json
@@ -54,9 +48,7 @@ _Arrays = dict[str, NDArray[Any]]
 
 def to_bytes(parts: dict[str, Any]) -> bytes:
     """A fit, given as the keyword arguments of a `Fit`, as an .npz file has it: without the folders of its source.
-
-    Equal fits have equal bytes.
-    """
+    Equal fits have equal bytes."""
     coordinates, transform, edit = parts["coordinates"], parts["transform"], parts["edit"]
     diffuse, specular, below = parts["diffuse"], parts["specular"], parts["subsurface"]
     # what every fit has
@@ -91,10 +83,8 @@ def to_bytes(parts: dict[str, Any]) -> bytes:
 
 
 def read(path: str | Path) -> dict[str, Any]:
-    """Read a file of a fit: the keyword arguments of a `Fit`.
-
-    Raises DatasetError if the file is not there, is not a fit of a known version, or is damaged.
-    """
+    """Read a file of a fit: the keyword arguments of a `Fit`. Raises DatasetError if the file is not there, is not a
+    fit of a known version, or is damaged."""
     return from_bytes(files.read_bytes(path, npz.LARGEST_ARCHIVE), path)
 
 

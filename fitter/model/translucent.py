@@ -50,9 +50,8 @@ class Translucent:
 
 
 def parse_words(words: Mapping[str, str]) -> Translucent:
-    """A material by `WORDS`; three numbers are separated by spaces or commas, and one counts for all.
-
-    Raises ValueError if a word is missing, or a number is none or out of range.
+    """A material by `WORDS`; three numbers are separated by spaces or commas, and one counts for all. Raises ValueError
+    if a word is missing, or a number is none or out of range.
 
     Examples
     --------

@@ -148,11 +148,8 @@ def multiple_scattering_albedo(scattered: float, index: float) -> float:
 
 
 def walk_albedo(scattered: float, index: float) -> float:
-    """The albedo of Cycles' random walk for even light from outside, refracted by an index.
-
-    Without a surface a half-space reflects 1 - H(mu) sqrt(1 - a) of light from mu; a share of walks that falls as
-    k^(-3/2) has k steps, and is integrated over the root of _STEPS / k.
-    """
+    """The albedo of Cycles' random walk for even light from outside, refracted by an index. Without a surface a
+    half-space reflects 1 - H(mu) sqrt(1 - a) of light from mu; a share of walks that falls as k^(-3/2) has k steps."""
     a = max(scattered, _LEAST_SCATTERED)
     root, weight = _gauss(0, 1)
     lost = _mean_entry_h(1.0, index) / np.sqrt(np.pi * _WALK_STEPS) * (weight @ a ** (_WALK_STEPS / root ** 2))
