@@ -44,29 +44,6 @@ def test_splines_through_nodes_are_scipys_natural_ones(random):
     np.testing.assert_allclose(dense.evaluate(control_points, level, line), spline(kappa_o), atol=1e-12)
 
 
-@pytest.mark.parametrize("level", [0, 1, 2, 4])
-def test_the_folded_lattice_is_the_unfolded_one(random, level):
-    """A quarter of the cube is stored: SciPy evaluates the whole of it, mirrored by brute force."""
-    m = dense.cells(level)
-    folded = random.random((*dense.shape(level), 1))
-    same = dense.representative(level)
-    folded = folded.reshape(-1, 1)[same.ravel()].reshape(folded.shape)
-    whole = np.empty((m + 3, m + 3, m + 3))
-    start, box = np.array(dense.origin(level)), np.array(dense.shape(level))
-    for index in np.ndindex(whole.shape):
-        i, j, k = np.array(index) - 1
-        k = max(k, m - k)
-        if i < m - i:
-            i, j = m - i, m - j
-        at = np.array([i, j, k]) - start
-        assert ((at >= 0) & (at < box)).all()
-        whole[index] = folded[tuple(at)][0]
-    knots = np.arange(-3, m + 4) / m
-    x = random.random((200, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
-    expected = interpolate.NdBSpline((knots, knots, knots), whole, 3)(x)
-    np.testing.assert_allclose(dense.evaluate(folded, level, x)[:, 0], expected, atol=1e-13)
-
-
 @pytest.mark.parametrize("samples", [40, 400])
 def test_refitting_is_least_squares_over_the_kept_control_points(random, samples):
     level, count = 3, 60

@@ -86,15 +86,6 @@ def test_a_widened_highlight_reflects_as_much_light_at_every_angle(cornell, widt
     assert ((after.evaluate(*mirror) > before.evaluate(*mirror)) == (width < 1)).all()
 
 
-def test_the_parts_are_what_lies_below_and_above_the_level(random):
-    level = np.array([0.1, 0.4])
-    for value in random.uniform(0, 1, (200, 2)):
-        for channel in range(2):
-            f, d = value[channel], level[channel]
-            expected = f if f <= d else f - (f - d) ** 2 / (2 * d) if f < 2 * d else 1.5 * d
-            assert np.isclose(edit.diffuse_part(value, level)[channel], expected)
-
-
 def test_the_level_of_a_lambertian_under_a_narrow_lobe_is_that_of_the_lambertian(random):
     theta_i, phi_i, theta_o, phi_o = random_pairs(random, 1500, 1.4)
     lobe = 0.05 * ggx(0.1, theta_i, phi_i, theta_o, phi_o)
