@@ -55,15 +55,7 @@ def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator
 
 
 def each(items: Sequence[_Item]) -> Iterator[_Item]:
-    """The items one after the other; each is an equal part.
-
-    Examples
-    --------
-    >>> with listen(lambda fraction, doing: print(fraction)):
-    ...     squares = [number ** 2 for number in each([1, 2])]
-    0.0
-    0.5
-    """
+    """The items one after the other; each is an equal part."""
     for number, item in enumerate(items):
         with part(number / len(items), (number + 1) / len(items)):
             yield item

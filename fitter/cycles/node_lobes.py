@@ -86,18 +86,7 @@ class Shape(NamedTuple):
 
 
 def evaluate(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
-    """Reflected radiance, the value of the closure with a white colour: (..., n), 0 below the horizon of the lobe.
-
-    Examples
-    --------
-    At normal incidence and reflection a GGX lobe is 1 / (4 pi alpha^2):
-
-    >>> up = np.array([[0.0, 0.0, 1.0]])
-    >>> pairs = Pairs.make(up, up[:, None], np.array([[1.0, 0.0, 0.0]]))
-    >>> flat = Shape(np.array([0.5]), np.array([0.0]), np.array([0.0]))
-    >>> round(float(evaluate("GGX", flat, pairs)[0, 0]), 6), round(1 / (4 * np.pi * 0.5 ** 4), 6)
-    (1.27324, 1.27324)
-    """
+    """Reflected radiance, the value of the closure with a white colour: (..., n), 0 below the horizon of the lobe."""
     if kind == "sheen":
         return _sheen(shape.roughness, pairs)[0]
     if kind == "diffuse":

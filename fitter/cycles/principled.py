@@ -89,17 +89,7 @@ def principled(fit: Reflectance) -> Principled:
     """The Principled BSDF that is closest to a fit: of least squares of the cube root of the reflected radiance, as
     eyes see it, and of the albedo for every view, with more directions about the mirror's, where lamps make pictures
     bright. It is a metal where a highlight is most of what is reflected, and more than a dielectric's; it has sheen or
-    a coat where the error becomes clearly smaller by it.
-
-    Examples
-    --------
-    A Lambertian has its albedo as base colour, and nothing else:
-
-    >>> from ..methods import prior
-    >>> found = principled(prior.lambertian(np.array([[0.8 / np.pi]])))
-    >>> found.base_color.round(2).tolist(), found.metallic, found.sheen_weight, found.coat_weight
-    ([0.8, 0.8, 0.8], 0.0, 0.0, 0.0)
-    """
+    a coat where the error becomes clearly smaller by it."""
     target = _target(fit)
     plain = _fit_plain(0.0, _DIELECTRIC_INPUTS, target)
     best = _best_search([_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC_INPUTS, target)])

@@ -55,16 +55,7 @@ SHEEN_ROUGHNESS = float(_SHEEN_ROUGHNESS[0]), float(_SHEEN_ROUGHNESS[-1])      #
 
 @dataclass(frozen=True)
 class Principled:
-    """Inputs of a Principled BSDF; colours are linear, in the colour space of what it was fitted to.
-
-    Examples
-    --------
-    Without a specular level, it is a Lambertian:
-
-    >>> white = Principled(np.full(3, 0.8), 0.5, 0.0, 0.0)
-    >>> (np.pi * white.evaluate(0.3, 0, 1.0, 2)).round(6).tolist()
-    [0.8, 0.8, 0.8]
-    """
+    """Inputs of a Principled BSDF; colours are linear, in the colour space of what it was fitted to."""
 
     base_color: FloatArray
     roughness: float

@@ -83,13 +83,7 @@ def full_size(level: int, axes: int = 3) -> int:
 
 
 def weights(s: FloatArray) -> FloatArray:
-    """Uniform cubic B-spline basis at s in [0, 1]: (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1).
-
-    Examples
-    --------
-    >>> (6 * weights(np.array([0.0, 1.0]))).round(9).tolist()
-    [[1.0, 4.0, 1.0, 0.0], [0.0, 1.0, 4.0, 1.0]]
-    """
+    """Uniform cubic B-spline basis at s in [0, 1]: (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1)."""
     s = s[:, None]
     powers = np.concatenate([np.ones_like(s), s, s * s, s * s * s], axis=1)
     return powers @ _BASIS

@@ -15,16 +15,7 @@ _CONTROL_POINTS_READ = 1 << 21  # control points that are read at a time: they t
 
 def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
     """The samples, (n, axes) in the stored part of the cube, and those of their mirror images that influence a stored
-    control point: points (m, axes), of which the first n are the samples, and of each the index of its sample, (m,).
-
-    Examples
-    --------
-    Of a sample near ``lambda = 1/2``, the bilateral mirror image is near too; its other images are far.
-
-    >>> points, of = mirror_images(np.array([[0.9, 0.3, 0.51]]), 4)
-    >>> points.round(9).tolist(), of.tolist()
-    ([[0.9, 0.3, 0.51], [0.9, 0.3, 0.49]], [0, 0])
-    """
+    control point: points (m, axes), of which the first n are the samples, and of each the index of its sample, (m,)."""
     axes = x.shape[1]
     images = [x, *(np.where(np.array(signs) > 0, x, 1 - x) for signs in dense.MIRRORS[axes])]
     points, of = np.concatenate(images), np.tile(np.arange(len(x)), len(images))

@@ -80,15 +80,7 @@ def build(keys: ArrayLike) -> PerfectHash:
 def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
     """A table that tells which of the keys 0 to count - 1 are stored: (words,) int32. Bit b of word w is 1 for a stored
     key ``b + (w << OCCUPANCY_SHIFT)``, with b up to that of the last of a row of `ROW_TAPS` keys that begins in the
-    word.
-
-    Examples
-    --------
-    Key 17 is bit 1 of the second word, and bit 17 of the first.
-
-    >>> [f"{word:b}" for word in occupancy([2, 17], 32)]
-    ['100000000000000100', '10']
-    """
+    word."""
     stored = np.zeros((-(-count // _OCCUPANCY_WORD) + 1) * _OCCUPANCY_WORD, dtype=bool)
     stored[np.asarray(keys, dtype=np.int64)] = True
     starts = np.arange(0, count, _OCCUPANCY_WORD)

@@ -56,17 +56,7 @@ class SparseLattice:
 
 def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, FloatArray] | None:
     """The level and the control points of the spline that is the sum of two: dense.shape(level, axes) + (channels,)
-    float64; None where these would be more than `MOST_DENSE`.
-
-    Examples
-    --------
-    >>> random = np.random.default_rng(1)
-    >>> diffuse = dense.DenseLattice(1, random.random((*dense.shape(1), 1)).astype(np.float32))
-    >>> sparse, x = keep_largest(random.random((*dense.shape(3), 1)), 3, 50), np.array([[0.7, 0.2, 0.6]])
-    >>> level, both = total(diffuse, sparse)
-    >>> level, bool(np.allclose(dense.evaluate(both, level, x), diffuse.evaluate(x) + sparse.evaluate(x)))
-    (3, True)
-    """
+    float64; None where these would be more than `MOST_DENSE`."""
     finest = max(diffuse.level, sparse.level)
     if math.prod(dense.shape(finest, sparse.axes)) > MOST_DENSE:
         return None

@@ -199,15 +199,7 @@ def _value(each: MaximumLikelihood) -> float:
 
 def likelihood(variances: FloatArray, squares: FloatArray) -> float:
     """The log-likelihood of each of uncorrelated values: (n,) variances up to a factor, the most likely one of each
-    channel, and (n, channels) squared values; constants are left out.
-
-    Examples
-    --------
-    Of values of equal variances it is minus the logarithm of their root mean square.
-
-    >>> float(np.exp(-likelihood(np.ones(4), np.full((4, 1), 0.25))).round(9))
-    0.5
-    """
+    channel, and (n, channels) squared values; constants are left out."""
     factor = np.maximum((squares / variances[:, None]).mean(axis=0), np.finfo(float).tiny)
     return float(-0.5 * np.log(factor).mean() - 0.5 * np.log(variances).mean())
 

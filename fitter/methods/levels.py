@@ -13,15 +13,7 @@ KEPT_OF_FOUR = 3           # times the control points of three axes are kept of 
 
 @dataclass(frozen=True)
 class Levels:
-    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4). Raises ValueError if one is out of range.
-
-    Examples
-    --------
-    95 percent of the 67^3 control points of level 6 are dropped:
-
-    >>> Levels(4, 6, 95.0).kept_count(3)
-    15038
-    """
+    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4). Raises ValueError if one is out of range."""
 
     diffuse: int            # D, the level of the dense lattice
     specular: int | None    # S, the level of the sparse lattice; None for the dense lattice alone

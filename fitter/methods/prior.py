@@ -48,13 +48,7 @@ _COLOURLESS = 0.1           # of a lobe's strengths toward their mean: no channe
 
 
 def lambertian(values: FloatArray) -> Microfacet:
-    """The model without lobes: the median of each channel of values (n, channels), 1/sr.
-
-    Examples
-    --------
-    >>> lambertian(np.array([[0.1], [0.2], [9.0]])).evaluate(0.3, 0, 0.2, 1).tolist()
-    [0.2]
-    """
+    """The model without lobes: the median of each channel of values (n, channels), 1/sr."""
     kd = np.maximum(np.median(values, axis=0), 0)
     return Microfacet(kd, np.zeros((0, len(kd))), np.zeros(0), np.zeros(0), np.zeros(0))
 

@@ -190,16 +190,7 @@ def _sixth_smallest(numbers: FloatArray) -> float:
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
     """Fit samples by regression kriging; `estimated` is what `estimate` returned for them. Anisotropic samples are
-    fitted with `Levels.four_axis_levels`.
-
-    Examples
-    --------
-    A single measurement says nothing of other directions, so the fit is a Lambertian:
-
-    >>> one = Samples([0.5], [0], [0.5], [0], [[0.2]])
-    >>> float(fit(one, Levels(2, 3, 99.0)).evaluate(0, 0, 1.2, 2)[0].round(6))
-    0.2
-    """
+    fitted with `Levels.four_axis_levels`."""
     if estimated is None:
         with progress.part(0.0, 0.6):
             estimated = estimate(samples)

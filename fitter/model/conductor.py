@@ -125,15 +125,7 @@ class Conductor:
 
 def conductor_fresnel(n: FloatArray, k: FloatArray, cosine: FloatArray) -> FloatArray:
     """The unpolarised reflectance of a conductor of index n + i k, at an angle of incidence of this cosine, of arrays
-    that broadcast.
-
-    Examples
-    --------
-    Without k it is that of a dielectric:
-
-    >>> conductor_fresnel(np.array(1.5), np.array(0.0), np.array([1.0, 0.0])).round(6).tolist()
-    [0.04, 1.0]
-    """
+    that broadcast."""
     index = n + 1j * k
     inside = np.sqrt(index ** 2 - 1 + cosine ** 2)         # index times the cosine inside
     s = (cosine - inside) / (cosine + inside)

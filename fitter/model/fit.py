@@ -197,13 +197,7 @@ class Fit:
 
 
 def notation(diffuse_level: int, specular_level: int | None = None, compression: float = 0.0) -> str:
-    """The levels of a fit in the paper's notation: ``(D,S,C)``, or ``level D`` for plain MBA.
-
-    Examples
-    --------
-    >>> notation(4, 6, 95.0), notation(6)
-    ('(4,6,95)', 'level 6')
-    """
+    """The levels of a fit in the paper's notation: ``(D,S,C)``, or ``level D`` for plain MBA."""
     return f"level {diffuse_level}" if specular_level is None else (
         f"({diffuse_level},{specular_level},{compression:g})")
 

@@ -23,16 +23,7 @@ _LEAST = 1e-9               # the least that is divided by
 
 @dataclass(frozen=True)
 class Low2012:
-    """A published fit.
-
-    Examples
-    --------
-    At normal incidence and reflection G is 1 and F is ((eta - 1) / (eta + 1))^2.
-
-    >>> glossy = Low2012(np.array([0.3]), np.array([2.0]), 1000.0, 1.2, 1.5)
-    >>> float(glossy.evaluate(0, 0, 0, 0)[0]), (0.3 + 2 * 0.04) / np.pi
-    (0.120958, 0.120958)
-    """
+    """A published fit."""
 
     kd: FloatArray      # albedo of the Lambertian, (channels,)
     a: FloatArray       # scale of the lobe, (channels,)

@@ -167,13 +167,7 @@ def find(name: str) -> PublishedMaterial:
 
 
 def parse_virtual_path(path: str | Path) -> str | None:
-    """The material that a virtual path names; None for the path of a file.
-
-    Examples
-    --------
-    >>> parse_virtual_path("published:chrome"), parse_virtual_path("chrome.binary")
-    ('chrome', None)
-    """
+    """The material that a virtual path names; None for the path of a file."""
     text = str(path)
     return text[len(PREFIX):] if text.startswith(PREFIX) else None
 

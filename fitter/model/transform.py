@@ -28,15 +28,6 @@ class LogRelative:
 
     The damping is a cubic B-spline whose knots are even in the projection r(theta) of `coordinates.half_difference`;
     its control points are continued beyond the normal by their mirror images, beyond the horizon by the last.
-
-    Examples
-    --------
-    A field of log 2 doubles f + offset.
-
-    >>> prior = Microfacet(np.array([0.3]), np.zeros((0, 1)), np.zeros(0), np.zeros(0), np.zeros(0))
-    >>> transform = LogRelative(prior, 0.1, np.array([10.0]))
-    >>> transform.reflectance(np.log([[1.0], [2.0]]), [0.1, 0.2], 0, 0.3, 0).round(9).tolist()
-    [[0.3], [0.7]]
     """
 
     name: ClassVar[str] = "log_relative"
@@ -83,13 +74,7 @@ def _smooth_max_one(x: FloatArray) -> FloatArray:
 
 
 def desaturate(values: FloatArray, grey: float) -> FloatArray:
-    """Values mixed with their mean over channels, by weights 1 - grey and grey: (n, channels) to (n, channels).
-
-    Examples
-    --------
-    >>> desaturate(np.array([[-0.1, 0.4]]), 0.5).round(9).tolist()
-    [[0.025, 0.275]]
-    """
+    """Values mixed with their mean over channels, by weights 1 - grey and grey: (n, channels) to (n, channels)."""
     return values + grey * (values.mean(axis=1, keepdims=True) - values)
 
 
@@ -99,15 +84,7 @@ def resaturate(values: FloatArray, grey: float) -> FloatArray:
 
 
 def factor_of_angle(control_points: FloatArray, theta: ArrayLike) -> FloatArray:
-    """The factor of a polar angle by its spline in `LogRelative`: (DAMPING_KNOTS, n) and (m,) radians to (m, n).
-
-    Examples
-    --------
-    It is nowhere larger than its control points.
-
-    >>> factor_of_angle(np.array([[1.0], [1], [0.4], [1]]), [0, np.pi / 2]).round(9).tolist()
-    [[1.0], [0.9]]
-    """
+    """The factor of a polar angle by its spline in `LogRelative`: (DAMPING_KNOTS, n) and (m,) radians to (m, n)."""
     last = len(control_points) - 1
     at = np.atleast_1d(project(theta) * last)
     first = np.minimum(at.astype(int), last - 1)

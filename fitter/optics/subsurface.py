@@ -61,16 +61,7 @@ class Walk(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Subsurface:
-    """What is below a surface.
-
-    Examples
-    --------
-    Skim milk (Jensen et al.): its light leaves a millimetre from where it entered, most of it.
-
-    >>> milk = medium_from_coefficients([0.70, 1.22, 1.90], [0.0014, 0.0025, 0.0142], 1.3)
-    >>> milk.albedo.round(3).tolist(), milk.mean_free_path.round(2).tolist()
-    ([0.834, 0.832, 0.708], [1.43, 0.82, 0.52])
-    """
+    """What is below a surface."""
 
     albedo: FloatArray              # (3,): the share of light that enters, evenly from all sides, which leaves again
     mean_free_path: FloatArray      # (3,): 1 / (sigma'_s + sigma_a), mm
