@@ -4,7 +4,7 @@ are never written. It holds nothing but numbers and the project's own sources: n
 import math
 import re
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,21 +136,19 @@ def _coordinates(fit: Fit) -> dict[str, Any]:
     """What `osl/coordinates.h` reads."""
     systems = {"HALF_DIFFERENCE": HalfDifference.name, "RUSINKIEWICZ": Rusinkiewicz.name, "HALF_ANGLE": HalfAngle.name,
                "ANISOTROPIC_RUSINKIEWICZ": AnisotropicRusinkiewicz.name, "ANISOTROPIC_NUSSELT": AnisotropicNusselt.name}
-    name = fit.coordinates.name
+    system: Any = fit.coordinates
+    name = system.name
     constants: dict[str, Any] = {constant: int(name == each) for constant, each in systems.items()}
-    constants["AXES"] = len(fit.coordinates.axes)
+    constants["AXES"] = len(system.axes)
     if name in (HalfDifference.name, Rusinkiewicz.name, HalfAngle.name):
-        system = cast(HalfDifference | Rusinkiewicz | HalfAngle, fit.coordinates)
         constants |= {"SOFTENING_2": f"{system.softening ** 2:.9g}", **_stretch("STRETCH", system.stretch)}
         if name == HalfAngle.name:
-            constants |= _stretch("BACK_STRETCH", cast(HalfAngle, system).back_stretch)
+            constants |= _stretch("BACK_STRETCH", system.back_stretch)
     elif name == AnisotropicRusinkiewicz.name:
-        turned = cast(AnisotropicRusinkiewicz, fit.coordinates)
-        largest = max(turned.along, turned.across)
-        constants |= {"STRETCH_ALONG": f"{turned.along:.9g}", "STRETCH_ACROSS": f"{turned.across:.9g}",
-                      "STRETCH_SCALE": f"{1 / np.arcsinh(largest):.9g}",
-                      "ROTATION_COSINE": f"{math.cos(turned.turn):.9g}",
-                      "ROTATION_SINE": f"{math.sin(turned.turn):.9g}"}
+        constants |= {"STRETCH_ALONG": f"{system.along:.9g}", "STRETCH_ACROSS": f"{system.across:.9g}",
+                      "STRETCH_SCALE": f"{1 / np.arcsinh(max(system.along, system.across)):.9g}",
+                      "ROTATION_COSINE": f"{math.cos(system.turn):.9g}",
+                      "ROTATION_SINE": f"{math.sin(system.turn):.9g}"}
     elif name not in (Nusselt.name, AnisotropicNusselt.name):
         raise ValueError(f"the shader has no {name} coordinates")
     return constants

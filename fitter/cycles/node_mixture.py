@@ -169,13 +169,7 @@ def _fit_mixture(views: OutgoingDirections, turn: float | None, engine: Engine) 
     few = slice(0, None, len(views.theta) // _CHOICE_VIEWS)
     chosen = _choose(views.select(few, _CHOICE), engine, turn is not None)
     kinds, shape = _shapes(chosen, views.theta[::2], engine)
-    found = _refine_mixture(views, turn, engine, kinds, shape)
-    return found._replace(sampling=_sampling(views, found)) if engine.sampled else found
-
-
-def _refine_mixture(views: OutgoingDirections, turn: float | None, engine: Engine, kinds: tuple[Kind, ...],
-                    shape: Shape) -> NodeMixture:
-    """The mixture of lobes of some kinds, from shapes to begin with."""
+    # their shapes and colours, at every other angle
     stops = views.select(slice(0, None, 2), slice(None))
     shape = _refine(stops.select(slice(None), _REFINEMENT), kinds, shape, engine)
     everywhere = _columns(views, kinds, Shape(*(_interpolate(stops.theta, views.theta, each) for each in shape)))
@@ -185,9 +179,10 @@ def _refine_mixture(views: OutgoingDirections, turn: float | None, engine: Engin
     found = views.reflected_light(radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _LEAST_DIVISOR)
     misplaced, shown = views.directional_error(radiance), views.theta <= LAST_SHOWN
-    return NodeMixture(kinds, stops.theta, shape, colour, turn, None,
-                       float(misplaced.mean()), float(misplaced[shown].max()),
-                       float(np.abs((found - views.albedo) / mean)[shown].max()))
+    mixture = NodeMixture(kinds, stops.theta, shape, colour, turn, None,
+                          float(misplaced.mean()), float(misplaced[shown].max()),
+                          float(np.abs((found - views.albedo) / mean)[shown].max()))
+    return mixture._replace(sampling=_sampling(views, mixture)) if engine.sampled else mixture
 
 
 def _sampling(every: OutgoingDirections, mixture: NodeMixture) -> Sampling:

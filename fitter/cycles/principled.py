@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,7 +93,7 @@ def principled(fit: Reflectance) -> Principled:
     a coat where the error becomes clearly smaller by it."""
     target = _target(fit)
     plain = _fit_plain(0.0, _DIELECTRIC_INPUTS, target)
-    best = _best_search([_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC_INPUTS, target)])
+    best = min(_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC_INPUTS, target), key=attrgetter("error"))
     if target.metallic:
         metal = _add_coat(_fit_plain(1.0, _METAL_INPUTS, target), _METAL_INPUTS, target)
         best = metal if metal.error < _METAL_LOSS * best.error else best
@@ -205,18 +206,15 @@ def _add_coat(plain: _Candidate, names: tuple[str, ...], target: _Target) -> _Ca
     return _clearly_closer(plain, _search_starts(starts, (*names, *_COAT), target))
 
 
-def _best_search(searches: list[_Candidate]) -> _Candidate:
-    return min(searches, key=lambda each: each.error)
-
-
 def _clearly_closer(plain: _Candidate, layered: _Candidate) -> _Candidate:
     return layered if layered.error < min(_LAYER_GAIN * plain.error, plain.error - _LEAST_GAIN) else plain
 
 
 def _search_starts(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF near several starts: a few steps from each, and more from where the best of them end."""
-    near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=lambda found: found.error)
-    return _best_search([_search(found.inputs, names, target, _DESCENT_STEPS) for found in near[:_SEARCHES]])
+    near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=attrgetter("error"))
+    return min((_search(found.inputs, names, target, _DESCENT_STEPS) for found in near[:_SEARCHES]),
+               key=attrgetter("error"))
 
 
 def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: int) -> _Candidate:

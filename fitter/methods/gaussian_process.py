@@ -10,6 +10,7 @@ exchanging the directions is a mirror image.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -137,14 +138,14 @@ class Search:
             before = likeliest
             progress.report(turn / _ROUNDS)
             likeliest = max((self._maximise_noise(likeliest.system, likeliest.kernel, prior)
-                             for prior in range(len(self.candidates))), key=_value)
+                             for prior in range(len(self.candidates))), key=attrgetter("value"))
             likeliest = max((self._maximise_noise(system, likeliest.kernel, likeliest.prior) for system in systems),
-                            key=_value)
+                            key=attrgetter("value"))
             progress.report((turn + 0.5) / _ROUNDS)
             for number, choices in {"length": LENGTHS, "reciprocity": self.reciprocities}.items():
                 kernels = [replace(likeliest.kernel, **{number: each}) for each in choices]
                 likeliest = max((self._maximise_noise(likeliest.system, kernel, likeliest.prior) for kernel in kernels),
-                                key=_value)
+                                key=attrgetter("value"))
             if likeliest == before:
                 break
         return likeliest
@@ -191,10 +192,6 @@ class Search:
             covariance[np.diag_indices(len(mu))] += self.known
             self._covariances[system, kernel] = covariance
         return self._covariances[system, kernel]
-
-
-def _value(each: MaximumLikelihood) -> float:
-    return each.value
 
 
 def likelihood(variances: FloatArray, squares: FloatArray) -> float:

@@ -6,6 +6,7 @@ toward grazing incidence. Lobes are added one by one, each time the one that hel
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 
@@ -74,7 +75,7 @@ def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Mic
             break
         best = problem.best_model(larger)
         if problem.surface_components is not None and best[0].kinds[-1] == "mirror":
-            best = min(best, problem.best_model(_elongate(best[0])), key=_cost)
+            best = min(best, problem.best_model(_elongate(best[0])), key=itemgetter(1))
         current = best[0]
         models.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
     return models
@@ -122,8 +123,8 @@ class _Problem:
 
     def best_model(self, starts: list[Microfacet]) -> tuple[Microfacet, float]:
         """The best model near several starts, and its sum of squares."""
-        promising = sorted((self.minimise(start, _FIRST_ITERATIONS) for start in starts), key=_cost)[:_PROMISING]
-        return min((self.minimise(model, _PRIOR_ITERATIONS) for model, _ in promising), key=_cost)
+        found = sorted((self.minimise(start, _FIRST_ITERATIONS) for start in starts), key=itemgetter(1))
+        return min((self.minimise(model, _PRIOR_ITERATIONS) for model, _ in found[:_PROMISING]), key=itemgetter(1))
 
     def minimise(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
         """The model of the least regularised squares near a start, and its sum of squares."""
@@ -176,10 +177,6 @@ class _Problem:
         derivatives = np.array(slopes())
         by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(derivatives), None]
         return value, by_parameter * derivatives
-
-
-def _cost(solved: tuple[Microfacet, float]) -> float:
-    return solved[1]
 
 
 def _regularisation_forms(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
