@@ -18,8 +18,7 @@ class Nusselt:
     axes: ClassVar[tuple[str, ...]] = ("kappa_i", "kappa_o", "lambda_o")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Map directions, angles broadcast to (...), radians, to (..., 3) float64: kappa_i and lambda_o are at least
-        1/2."""
+        """Map directions, angles broadcast to (...), radians, to (..., 3) float64, of which two are at least 1/2."""
         delta_phi = np.asarray(phi_o, dtype=float) - phi_i
         sin_i, sin_o = (np.sin(np.asarray(theta, dtype=float)) for theta in (theta_i, theta_o))
         mu = np.broadcast_arrays(sin_i, sin_o * np.cos(delta_phi), sin_o * np.abs(np.sin(delta_phi)))

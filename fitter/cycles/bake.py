@@ -209,9 +209,8 @@ def _value(numbers: FloatArray) -> str:
 
 
 def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """What `osl/mixture.h` reads: (constants, tables). A row holds, for each stop, roughness, tilt, anisotropy and both
-    colours of each lobe; then the selection probabilities, the probability of a direction, the albedo, the residual and
-    the balance of `Sampling`."""
+    """What `osl/mixture.h` reads: (constants, tables). A row has, for each stop, the shape and both colours of each
+    lobe; then the rest of `Sampling`."""
     stops, lobes, phases, channels = mixture.colour.shape
     constants = {"CHANNELS": channels, "AZIMUTHAL_TERMS": phases, "POLAR_KNOTS": stops, "LOBES": lobes,
                  "EACH_LOBE(DO)": " ".join(f"DO({k}, {kind.upper()}_LOBE)" for k, kind in enumerate(mixture.kinds)),

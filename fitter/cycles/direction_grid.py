@@ -25,8 +25,7 @@ class IncidentDirections(NamedTuple):
 
 
 def outgoing_angles(count: int) -> FloatArray:
-    """So many outgoing angles to tabulate, radians, more closely spaced toward the horizon, and one between any two of
-    them: (2 count - 1,)."""
+    """Outgoing angles to tabulate, denser toward the horizon, and one between any two: (2 count - 1,), radians."""
     return GRAZING * (1 - np.linspace(1, 0, 2 * count - 1) ** 1.5)
 
 

@@ -186,8 +186,7 @@ def _fit_mixture(views: OutgoingDirections, turn: float | None, engine: Engine) 
 
 
 def _sampling(every: OutgoingDirections, mixture: NodeMixture) -> Sampling:
-    """The selection probabilities and colours of lobes below the fit, and the residual, at the angles that nodes
-    tabulate."""
+    """How the shader samples a mixture, at the angles that nodes tabulate."""
     views, kinds, shape = every.select(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
     everywhere = _columns(every, kinds, Shape(*(_interpolate(mixture.theta, every.theta, each) for each in shape)))
     columns = everywhere[::2]
@@ -220,8 +219,7 @@ def _average_near_knots(values: FloatArray) -> FloatArray:
 
 
 def _fit_lower_colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
-    """The colours of lobes of the least absolute error, above the target `_OVERSHOOT_WEIGHT` times as much: (views,
-    lobes, phases, channels)."""
+    """The colours, (views, lobes, phases, channels), of the least absolute error that counts more above the target."""
     lobes = _Lobes.make(views, columns)
     found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _ERROR_FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
@@ -264,15 +262,13 @@ def _evaluate_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: 
 
 
 def _multiply_azimuthal_basis(views: OutgoingDirections, values: RealArray) -> RealArray:
-    """Values of lobes, (lobes, views, azimuths, n), times the phases of their colours, 0 below the horizon: (views,
-    lobes, phases, azimuths, n)."""
+    """Values of lobes times the phases of their colours: (views, lobes, phases, azimuths, n)."""
     phases = views.azimuthal_basis.astype(values.dtype).T[..., None] * (views.solid_angle > 0)[:, None]
     return np.asarray(np.swapaxes(values, 0, 1)[:, :, None] * phases[:, None])
 
 
 def _weighted_rows(views: OutgoingDirections, columns: RealArray, weight: float = 1.0) -> RealArray:
-    """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, columns, rows). The weight of a
-    white closure is 1, that of a derivative by its shape 0."""
+    """`OutgoingDirections.rows` of lobes whose closures have a weight: (views, lobes * phases, rows)."""
     weights = weight * views.azimuthal_basis.T.astype(columns.dtype)
     rows = views.rows(columns, np.broadcast_to(weights, columns.shape[:-1]))
     return np.asarray(rows.reshape(len(rows), -1, rows.shape[-1]))
@@ -287,8 +283,7 @@ def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
 
 def _absolute_error_weights(views: OutgoingDirections, left: RealArray, floor: float) -> RealArray:
     """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with those of
-    the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the
-    weights."""
+    the albedo: the best approximation of a peak beside the measured one would else be none; and of the weights."""
     azimuths = len(views.azimuthal_basis)
     weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
     weight += (floor * views.brightness / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
@@ -422,8 +417,7 @@ def _choose(views: OutgoingDirections, engine: Engine, turned: bool) -> list[_Lo
 
 
 def _error_growth(found: _Solution, weight: RealArray) -> FloatArray:
-    """By how much the weighted squared error grows without each column, as if the others' colours stayed positive:
-    (columns,)."""
+    """By how much the weighted squared error grows without each column, (columns,), the others staying positive."""
     colour = np.swapaxes(found.colour, 1, 2)
     used = colour > 0
     normal = np.where(used[..., :, None] & used[..., None, :], found.lobes.normal(weight), 0)
@@ -510,8 +504,7 @@ def _squared_error(weight: RealArray, found: _Solution) -> float:
 
 def _eliminate_colours(views: OutgoingDirections, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray,
                        found: _Solution, weight: RealArray) -> tuple[FloatArray, FloatArray]:
-    """The normal equations of the variables, (views, variables, variables) and (views, variables), after the colours
-    have been eliminated."""
+    """The normal equations of the variables, (views, variables, variables) and (views, variables), alone."""
     columns = found.lobes.columns.shape[1]
     phases, lobes = views.azimuthal_basis.shape[1], [lobe for _, lobe in variables.places]
     # derivatives of the rows by each variable, beside the rows themselves
@@ -560,8 +553,7 @@ def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variabl
 
 
 def _albedo_scales(views: OutgoingDirections, stops: FloatArray, columns: RealArray, colour: FloatArray) -> FloatArray:
-    """Factors of the colours that give them the albedo of the fit, at the tabulated angles and between them:
-    (stops, 1, phases, channels)."""
+    """Factors of the colours, (stops, 1, phases, channels), that give them the albedo of the fit at all angles."""
     share = _interpolate(stops, views.theta, np.eye(len(stops)))                # (views, stops)
     white = np.einsum("van,vlpan->valp", views.solid_angle, columns)
     reflected = np.einsum("vs,valp,slpc->vaspc", share, white, colour, optimize=True)

@@ -73,8 +73,7 @@ class OutgoingDirections:
         return OutgoingDirections(self.theta[views], self.azimuthal_basis, pairs, *chosen)
 
     def directional_error(self, radiance: RealArray) -> FloatArray:
-        """The L1 directional error of an approximation, (views, channels, azimuths, n): the share of light in wrong
-        directions, (views,)."""
+        """The share of light that (views, channels, azimuths, n) radiance has in wrong directions: (views,)."""
         difference = np.abs(self.target - radiance).sum(axis=1)
         return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.brightness)
 

@@ -83,8 +83,7 @@ class Principled:
         return self.evaluate_geometry(at, toward.ravel()).reshape(*directions[0].shape, 3)
 
     def evaluate_geometry(self, at: Geometry, toward: FloatArray) -> FloatArray:
-        """The BRDF, 1/sr: (n, 3) float64. `toward`, (n,), is the component along the surface, toward the viewer, of the
-        direction of the light."""
+        """The BRDF, 1/sr: (n, 3); `toward`, (n,), is the light's component along the surface, toward the viewer."""
         through = np.ones(len(at.cos_i))
         total = np.zeros((len(at.cos_i), 3))
         if self.sheen_weight:

@@ -69,8 +69,7 @@ class PictureFile(PictureInfo):
     is_turned: bool = False             # whether EXIF says that viewers show it turned or mirrored
 
     def linear(self, part: Any = slice(None)) -> tuple[FloatArray, FloatArray | float]:
-        """A part of the pixels, linear, (height, width, channels) float64, and the step between two values that the
-        file can hold, of each or of all."""
+        """A part of the pixels, linear, (height, width, channels), and the steps between values of the file there."""
         pixels = self.stored[part].astype(float)
         if self.bend is None:
             return pixels, self.stored_step

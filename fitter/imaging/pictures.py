@@ -43,8 +43,7 @@ def draw_sphere(colors: FloatArray, size: int) -> SingleArray:
 
 
 def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
-    """A cloth of the material that hangs in folds, in a studio (`studio`), in orthographic view: (size, size, 4)
-    float32. Folds throw no shadows."""
+    """A cloth of the material in folds, which throw no shadows, in a studio, orthographic: (size, size, 4) float32."""
     at = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = np.meshgrid(at, at)
     place = x + 0.22 * y * np.sin(2.2 * x + 0.8)            # across the folds, which lean and widen downward

@@ -199,9 +199,8 @@ def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
 
 def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float, size: int = SIZE,
                phi_i: float = 0.0) -> tuple[SingleArray, float]:
-    """One fit or two in the plane of incidence, with the samples of the first near that plane, if there are any: (size,
-    size, 4) float32; and the angle of incidence of these, radians: the measured one nearest to theta_i; nan without
-    any."""
+    """One fit or two in the plane of incidence, with the samples of the first near it: (size, size, 4) float32; and the
+    angle of incidence of these, radians: the measured one nearest to theta_i; nan without any."""
     near = None if samples is None else samples_near_plane(samples, theta_i, phi_i)
     canvas = Canvas(np.full((size, size, 4), BACKGROUND, dtype=np.float32))
     draw(canvas, picture_disc(size), Plane(fits, theta_i, phi_i, near and near[:2]))
@@ -246,8 +245,7 @@ def dashes(points: FloatArray, length: float) -> FloatArray:
 
 
 def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
-    """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
-    `largest`."""
+    """Values of one digit, 1/sr, and the radii of their circles in a plot, whose outer one is `largest`."""
     circles: list[tuple[float, float]] = []
     for ring in _PLOT_RINGS:
         value = _round_down_to_digit(largest * (ring ** 3 if radius == "cube root" else ring))

@@ -86,8 +86,8 @@ def tone_map(linear: FloatArray) -> FloatArray:
 
 
 def on_sphere(fit: Reflectance, normal: FloatArray) -> FloatArray:
-    """What a sphere shows of the studio at normals (n, 3): (n, channels). The tangent of an anisotropic material goes
-    around the vertical axis."""
+    """What a sphere, whose tangent goes around the vertical axis, shows of the studio at normals (n, 3): (n,
+    channels)."""
     return sky_radiances(fit, normal, (radiance,))[0]
 
 
@@ -108,8 +108,7 @@ def sky_radiances(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) 
 
 
 def _radiance_over_azimuth(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
-    """The radiance of a sphere's normals at one angle to the view: skies correlated with the BRDF over the azimuth, by
-    FFT. (skies, sectors, channels)."""
+    """Skies correlated with the BRDF over the azimuth, at an angle to the view: (skies, sectors, channels)."""
     theta_i, phi_i, cell, weight = _light_directions(theta_o)
     value = np.maximum(fit.evaluate(theta_i, phi_i, theta_o, 0), 0)
     weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _STUDIO_RINGS * _STUDIO_SECTORS)
@@ -156,8 +155,7 @@ def _radiance_at_normals(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...
 
 
 def _incident(h: FloatArray, size: FloatArray, view: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where the light is from that half vectors (n, parts, 3) send to the view, (n, parts, 3), and its solid angles
-    times its cosines, (n, parts)."""
+    """The light that half vectors (n, parts, 3) send to the view, and its solid angles times its cosines."""
     cosine = h @ view
     light = 2 * cosine[..., None] * h - view
     return light, 4 * np.maximum(cosine, 0) * size * np.maximum(light[..., 2], 0)

@@ -93,9 +93,9 @@ _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) 
 
 
 def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
-    """The control points that coordinates (n, axes) in [0, 1], also of mirror images, read: the array index of the
-    first of four along each axis, (n, axes), negative if that is not stored, and the basis along each, (n, 4) each. The
-    coordinate 1 falls in the last cell."""
+    """The first of the four control points that coordinates (n, axes) in [0, 1], also of mirror images, read along each
+    axis: (n, axes) array indices, negative where not stored; and the basis along each, (n, 4). 1 is in the last
+    cell."""
     scaled, axes = x * cells(level), x.shape[1]
     cell = np.clip(np.floor(scaled), 0, cells(level) - 1)
     w = [weights(scaled[:, axis] - cell[:, axis]) for axis in range(axes)]
@@ -225,8 +225,7 @@ def interpolate(values: FloatArray, level: int) -> FloatArray:
 
 @lru_cache(maxsize=2)
 def representative(level: int, axes: int = 3) -> IntArray:
-    """For each stored control point, the first of its mirror images in the flattened box, or itself: shape(level, axes)
-    int."""
+    """For each stored control point, the first of its mirror images in the flattened box: shape(level, axes) int."""
     box, start = np.array(shape(level, axes)), np.array(origin(level, axes))
     point = np.moveaxis(np.indices(tuple(box)), 0, -1) + start
     first = np.arange(box.prod()).reshape(box)

@@ -54,8 +54,7 @@ class PerfectHash:
 
 
 def build(keys: ArrayLike) -> PerfectHash:
-    """Make a minimal perfect hash of keys, (n,) from 0 to `MAX_KEY` in any order. Raises ValueError if a key is out of
-    range."""
+    """Make a minimal perfect hash of keys, (n,). Raises ValueError where one is not from 0 to `MAX_KEY`."""
     keys = np.unique(np.asarray(keys, dtype=np.int64))
     n = len(keys)
     width = np.uint16 if n <= 1 << 16 else np.uint32
@@ -78,9 +77,8 @@ def build(keys: ArrayLike) -> PerfectHash:
 
 
 def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
-    """A table that tells which of the keys 0 to count - 1 are stored: (words,) int32. Bit b of word w is 1 for a stored
-    key ``b + (w << OCCUPANCY_SHIFT)``, with b up to that of the last of a row of `ROW_TAPS` keys that begins in the
-    word."""
+    """Which of the keys 0 to count - 1 are stored, (words,) int32: bit b of word w is 1 for a stored key ``b + (w <<
+    OCCUPANCY_SHIFT)``, with b up to that of the last of `ROW_TAPS` keys in a row that begins in the word."""
     stored = np.zeros((-(-count // _OCCUPANCY_WORD) + 1) * _OCCUPANCY_WORD, dtype=bool)
     stored[np.asarray(keys, dtype=np.int64)] = True
     starts = np.arange(0, count, _OCCUPANCY_WORD)
@@ -97,8 +95,8 @@ def _hash(keys: IntArray, multiplier: int, buckets: int, n: int) -> tuple[IntArr
 
 
 def _place(bucket: IntArray, home: IntArray, buckets: int, random: np.random.Generator) -> IntArray | None:
-    """Displacements, (buckets,) int, with which (home + displacement of the bucket) % n differs for all n keys, the
-    fullest buckets first; buckets of one key take the slots that remain. None if the search fails."""
+    """Displacements, (buckets,) int, with which no two of the n slots are the same, or None: the fullest buckets
+    first."""
     n = len(home)
     order = np.lexsort((home, bucket))
     bucket, home = bucket[order], home[order]

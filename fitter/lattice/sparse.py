@@ -55,8 +55,7 @@ class SparseLattice:
 
 
 def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, FloatArray] | None:
-    """The level and the control points of the spline that is the sum of two: dense.shape(level, axes) + (channels,)
-    float64; None where these would be more than `MOST_DENSE`."""
+    """The level and the control points of the sum of two splines; None where these would be more than `MOST_DENSE`."""
     finest = max(diffuse.level, sparse.level)
     if math.prod(dense.shape(finest, sparse.axes)) > MOST_DENSE:
         return None

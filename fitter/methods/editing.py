@@ -97,8 +97,8 @@ class _Function(NamedTuple):
 
 
 def split_level(model: Reflectance, isotropic: bool = True) -> FloatArray:
-    """The level at which `edited` splits a reflectance: (channels,), 1/sr. Below it lies a quarter of all pairs of
-    directions, each distributed as a Lambertian reflects."""
+    """The level that splits a reflectance, (channels,), 1/sr: a quarter of all pairs, distributed as a Lambertian
+    reflects, is below."""
     at = np.arange(_PAIRS)
     u, v, turn = ((0.5 + at * step) % 1 for step in (0.8191725134, 0.6710436067, 0.5497004779))     # a rank-1 lattice
     theta_i, theta_o, phi_o = np.arcsin(np.sqrt(u)), np.arcsin(np.sqrt(v)), 2 * np.pi * turn

@@ -54,8 +54,7 @@ def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:
 
 
 def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
-    """The nearest pairs in the measured domain of the same half vectors, by bisection of the difference angle: four
-    (n,) arrays, radians."""
+    """The nearest measured pairs of the same half vectors, by bisection of the difference angle: four (n,), radians."""
     first, second = unit_vectors(*pairs[:2]), unit_vectors(*pairs[2:])
     half = first + second
     length = np.linalg.norm(half, axis=1, keepdims=True)
@@ -87,8 +86,7 @@ def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
 
 
 def extrapolation_distance(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDomain) -> FloatArray:
-    """The distance of pairs from the measured domain, from 0 at its edge to 1 at `_FAR` from it, so that there is no
-    kink: (n,)."""
+    """The distance from the measured domain, (n,): from 0 at its edge to 1 at `_FAR`, so that there is no kink."""
     larger = np.maximum(theta_i, theta_o) - limits.larger
     smaller = np.minimum(theta_i, theta_o) - limits.smaller
     return np.clip(np.maximum(larger, smaller) / _FAR, 0, 1)

@@ -202,8 +202,7 @@ def likelihood(variances: FloatArray, squares: FloatArray) -> float:
 
 
 def _matern(q2: FloatArray) -> FloatArray:
-    """The Matern kernel of smoothness 5/2 (equation 4.17), of q^2 = 5 (distance / length)^2, which is overwritten: any
-    shape."""
+    """The Matern kernel of smoothness 5/2, of q^2 = 5 (distance / length)^2, which is overwritten."""
     q = np.sqrt(q2)
     q2 /= 3
     q2 += q

@@ -52,8 +52,8 @@ _PRECISE = 0.02             # deviation of a sample, relative to it, up to which
 
 def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
                  highlight: HighlightColour | None = None) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit the lattices to a field over 2 x - 1 of the coordinates x, given the isotropic samples that it was fitted to,
-    and what becomes of it in a highlight."""
+    """Fit the lattices to a field over 2 x - 1 of the coordinates x, given its isotropic samples and their
+    highlight."""
     progress.report(0.0, "Fitting the dense lattice")
     # interpolate the field at the nodes
     nodes = dense.nodes(levels.diffuse)
@@ -116,8 +116,7 @@ def _transfer_last_colour(values: FloatArray, at: Directions, samples: Samples, 
 
 
 def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
-    """The mean of a field over the azimuths of the half vector, which it has none of at d = 0, in exact
-    retro-reflection: at nodes (b, c, 3), to (b, c, channels)."""
+    """The mean of a field over azimuths of the half vector, at nodes (b, c, 3) of d = 0, retro-reflection."""
     radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
     turn = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)       # a quarter: the field is even in x and y there
     ring = np.stack([0 * np.outer(radius, turn), np.outer(radius, np.cos(turn)), np.outer(radius, np.sin(turn))], -1)
@@ -126,8 +125,7 @@ def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
 
 
 def _random_directions(samples: Samples) -> Directions:
-    """Random directions at which the field is followed, as far as the samples reach, half of them near the mirror
-    direction: four (n,) arrays."""
+    """Directions at which the field is followed, as far as samples reach, half of them near the mirror's: four (n,)."""
     rng = np.random.default_rng(0)
     farthest = max(samples.theta_i.max(), samples.theta_o.max())
     theta_i, theta_o = farthest * np.sqrt(rng.random((2, _BETWEEN)))
@@ -144,8 +142,7 @@ def _random_directions(samples: Samples) -> Directions:
 
 def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
                    ) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit a dense lattice to many samples, and a sparse one to what it leaves, by regularised least squares. Samples
-    are isotropic unless the coordinates have four axes."""
+    """Fit a dense lattice to many samples, and a sparse one to what it leaves, by regularised least squares."""
     # a stratified sample, `represented` of which each stands for
     used = subsample(samples, _CANDIDATES)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
@@ -276,9 +273,8 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
 
 
 class IncidenceValidation:
-    """How well a dense lattice predicts whole incidences of many samples that it has not seen, for any kernel: those
-    between the flattest and the steepest, in `_FOLDS` folds (docs/fitting.md). Of samples without any it is single
-    ones."""
+    """How well a dense lattice predicts whole incidences of many samples between the flattest and the steepest that it
+    has not seen, for any kernel, in `_FOLDS` folds; of samples without any, single ones."""
 
     def __init__(self, samples: Samples, coordinates: Coordinates, transform: LogRelative) -> None:
         self._axes = len(coordinates.axes)

@@ -32,8 +32,7 @@ class Levels:
         return round((1 - self.compression / 100) * size)
 
     def four_axis_levels(self) -> "Levels":
-        """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis, and with
-        three times as many control points kept."""
+        """Levels of about the same use for an anisotropic fit: one lower, with three times as many control points."""
         diffuse = min(max(self.diffuse - 1, 0), _FINEST_DENSE)
         if self.specular is None:
             return Levels(diffuse, None, self.compression)

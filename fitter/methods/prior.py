@@ -82,8 +82,7 @@ def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Mic
 
 
 def _add_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> list[Microfacet]:
-    """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest; with
-    fibres, along several azimuths."""
+    """Models with another lobe, as strong as the model falls short where it is brightest; fibres along azimuths."""
     models = []
     for turn in _START_AZIMUTHS if kind == "fibre" else (0.0,):
         across = _DIP if kind == "fibre" else alpha

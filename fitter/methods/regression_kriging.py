@@ -67,8 +67,8 @@ class Estimate:
 
 
 def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
-    """The maximum-likelihood coordinates, prior and kernel of samples, and the field where there are few; the prior is
-    `lobes` where these are known."""
+    """The likeliest coordinates, prior (`lobes` where known) and kernel of samples, and the field where there are
+    few."""
     # priors of one, two and three lobes
     grey = _desaturation(samples.values)
     plain = replace(samples, values=desaturate(samples.values, grey))
@@ -136,8 +136,8 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
 
 
 def _information_criterion(model: Microfacet, values: int) -> float:
-    """What a prior's parameters take from the log-likelihood of each value (G. Schwarz: Estimating the Dimension of a
-    Model, Annals of Statistics 6(2), 1978)."""
+    """The price of a prior's parameters (G. Schwarz: Estimating the Dimension of a Model, Annals of Statistics 6(2),
+    1978)."""
     return 0.5 * math.log(values) * prior.parameter_count(model) / values
 
 
@@ -146,9 +146,8 @@ def _mu(coordinates: Coordinates, samples: Samples) -> FloatArray:
 
 
 def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
-    """Systems of coordinates, each with all of its stretches: of few samples those that say most of directions where
-    none are, of many the one in which a lattice shows most of these. Of anisotropic samples, along the axes, and along
-    those of the narrowest anisotropic lobe of a model."""
+    """Systems of coordinates, each with its stretches: of few samples those that say most of directions where none are,
+    of many the one in which a lattice shows most; of anisotropic ones, also along the narrowest lobe's axes."""
     stretches = [each for each in _STRETCHES_OF_MANY if each * _finest(samples) < _RESOLVED]
     if samples.isotropic:
         if len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
@@ -189,8 +188,7 @@ def _sixth_smallest(numbers: FloatArray) -> float:
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
-    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them. Anisotropic samples are
-    fitted with `Levels.four_axis_levels`."""
+    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them."""
     if estimated is None:
         with progress.part(0.0, 0.6):
             estimated = estimate(samples)
@@ -234,8 +232,7 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
 
 
 def _desaturation(values: FloatArray) -> float:
-    """The desaturation that makes nearly all bright samples, (n, channels) in 1/sr, positive:
-    `LogRelative.desaturation`."""
+    """`LogRelative.desaturation` with which nearly all bright samples, (n, channels), are positive."""
     if values.shape[1] != len(RGB):
         return 0.0
     mean, least = values.mean(axis=1), values.min(axis=1)
@@ -254,7 +251,6 @@ def _typical(samples: Samples) -> FloatArray:
 
 
 def _offset(typical: FloatArray) -> float:
-    """The offset of `LogRelative`: the median of typical values, 1/sr; zeros, of which a detector that sees nothing
-    gives many, have no size."""
+    """The median of typical values, 1/sr; zeros, of which a detector that sees nothing gives many, have no size."""
     sizes = np.abs(typical[typical != 0])
     return float(max(np.median(sizes), _LEAST_OF_LARGEST * sizes.max(), LEAST_OFFSET)) if len(sizes) else 1.0

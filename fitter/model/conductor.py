@@ -124,8 +124,7 @@ class Conductor:
 
 
 def conductor_fresnel(n: FloatArray, k: FloatArray, cosine: FloatArray) -> FloatArray:
-    """The unpolarised reflectance of a conductor of index n + i k, at an angle of incidence of this cosine, of arrays
-    that broadcast."""
+    """The unpolarised reflectance of a conductor of index n + i k at a cosine of incidence; arrays broadcast."""
     index = n + 1j * k
     inside = np.sqrt(index ** 2 - 1 + cosine ** 2)         # index times the cosine inside
     s = (cosine - inside) / (cosine + inside)

@@ -47,8 +47,7 @@ _Arrays = dict[str, NDArray[Any]]
 
 
 def to_bytes(parts: dict[str, Any]) -> bytes:
-    """A fit, given as the keyword arguments of a `Fit`, as an .npz file has it: without the folders of its source.
-    Equal fits have equal bytes."""
+    """A fit's keyword arguments as an .npz file, without the folders of its source; equal fits have equal bytes."""
     coordinates, transform, edit = parts["coordinates"], parts["transform"], parts["edit"]
     diffuse, specular, below = parts["diffuse"], parts["specular"], parts["subsurface"]
     # what every fit has
@@ -83,8 +82,8 @@ def to_bytes(parts: dict[str, Any]) -> bytes:
 
 
 def read(path: str | Path) -> dict[str, Any]:
-    """Read a file of a fit: the keyword arguments of a `Fit`. Raises DatasetError if the file is not there, is not a
-    fit of a known version, or is damaged."""
+    """The keyword arguments of a `Fit` in a file. Raises DatasetError where it is absent or holds no fit of this
+    version."""
     return from_bytes(files.read_bytes(path, npz.LARGEST_ARCHIVE), path)
 
 
@@ -219,8 +218,7 @@ def _number(header: dict[str, Any], name: str, low: float, high: float, whose: s
 
 def _array(entries: _Arrays, name: str, shape: tuple[int, ...], dtype: DTypeLike, low: float = -LARGEST_STORED,
            high: float = LARGEST_STORED) -> NDArray[Any]:
-    """An entry of this shape and type whose numbers, NaN not among them, are within bounds. It is not copied: it may be
-    large."""
+    """An entry of this shape and type, not copied, whose numbers are within bounds; NaN is not."""
     array = entries[name]
     _check(array.shape == shape and array.dtype == dtype,
            f"{name} is {array.dtype} {array.shape}, expected {np.dtype(dtype)} {shape}")

@@ -54,8 +54,7 @@ class Geometry(NamedTuple):
 
 
 class SurfaceComponents(NamedTuple):
-    """What anisotropic lobes depend on besides: components along the tangent and, as the imaginary part, along the
-    bitangent, each (...) complex128."""
+    """What anisotropic lobes depend on besides: components along the tangent and, imaginary, the bitangent, (...)."""
 
     incident: ComplexArray
     outgoing: ComplexArray
@@ -125,8 +124,7 @@ def lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: 
 def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float,
                      f0: float, across: float | None = None, turn: float = 0.0,
                      ) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
-    """`lobe`, and what computes its derivatives by log alpha, gamma and f0 and, where there are components in the
-    surface, by log across and turn."""
+    """`lobe`, and its derivatives by log alpha, gamma and f0 and, with components, by log across and turn."""
     cos_i, cos_o = at.cos_i, at.cos_o
     nothing = np.zeros(np.shape(at.tan2_h))
     unturned = [] if in_surface is None else [nothing, nothing]

@@ -141,8 +141,7 @@ def load_published(name: str) -> Samples:
 
 
 def sample_words(words: Mapping[str, str], name: str, source: str) -> Samples:
-    """Samples of a translucent material that is described by `model.translucent.WORDS`. Raises ValueError as that
-    does."""
+    """Samples of a translucent material by `model.translucent.WORDS`. Raises ValueError as that does."""
     return sample_model(parse_words(words), name, source,
                         "Computed from scattering and absorption, not a measured BRDF")
 

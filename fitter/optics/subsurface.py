@@ -124,8 +124,7 @@ def color_to_single_scattering(color: float) -> float:
 
 
 def multiple_scattering_albedo(scattered: float, index: float) -> float:
-    """The albedo of a medium below a smooth dielectric for even light from outside, by Chandrasekhar's H: of a single
-    scattering albedo."""
+    """The albedo of a medium below a smooth dielectric for even light from outside, by Chandrasekhar's H."""
     if scattered >= 1:
         return 1.0
     critical = np.sqrt(1 - 1 / index ** 2)
@@ -156,8 +155,7 @@ def _mean_entry_h(scattered: float, index: float) -> float:
 
 
 def path_widening(scattered: FloatArray, index: float) -> FloatArray:
-    """The ratio of the distances at which light leaves by the walk and below a surface, for one mean free path: of
-    single scattering albedos, (3,)."""
+    """The ratio of the distances at which light leaves by the walk and below a surface, of one path: (3,)."""
     at = np.sqrt(1 - scattered)
     rows = np.array([np.interp(at, ABSORBED, row) for row in _WIDER])
     return np.array([np.interp(index, INDICES_OF_FACTOR, column) for column in rows.T])
