@@ -22,10 +22,8 @@ ISOTROPIC_AXES = 3          # coordinates of a pair of directions that only turn
 class Coordinates(Protocol):
     """A coordinate system: a frozen dataclass, in a module of its own, whose fields are the system's parameters."""
 
-    name: ClassVar[str]
-    """The system's name in files and shaders."""
-    axes: ClassVar[tuple[str, ...]]
-    """The names of the coordinates; their number is the dimension of the lattices."""
+    name: ClassVar[str]                 # in files and shaders
+    axes: ClassVar[tuple[str, ...]]     # names of the coordinates; their number is the dimension of the lattices
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """Map directions to coordinates: angles broadcast to (...), radians, to (..., dimension) in [0, 1]."""

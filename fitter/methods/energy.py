@@ -26,9 +26,8 @@ OUTGOING_ANGLES = np.radians([*range(0, 80, 2), *range(80, 91)])
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
 _FEW_POLAR_ANGLES = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
 _FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
-# of the integral on either side of the angle, and of either half of the
+# of the integral on either side of the angle, and of either half of the azimuths: of all, and of large albedos
 _COARSE_CELLS, _FINE_CELLS = (32, 16), (64, 24)
-                                                # azimuths: of all, and of large albedos
 _LIGHT_AZIMUTHS = tuple(np.radians(range(0, 360, 45)).tolist())  # at which an anisotropic fit is looked at
 _LARGE_ALBEDO = 0.93        # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses

@@ -7,7 +7,6 @@ continued one; of many samples, whose lattices know no process, no larger than t
 """
 
 from collections.abc import Iterable
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -43,8 +42,8 @@ def is_extrapolated(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDo
 
 def is_extrapolated_in_any(theta_i: FloatArray, theta_o: FloatArray, limits: Iterable[MeasuredDomain]) -> BoolArray:
     """Whether pairs of directions, (n,) radians each, lie outside the measured domain of any of several materials."""
-    none: BoolArray = np.zeros(len(theta_i), dtype=bool)
-    return reduce(np.logical_or, (is_extrapolated(theta_i, theta_o, each) for each in limits), none)
+    found = [is_extrapolated(theta_i, theta_o, each) for each in limits]
+    return np.any([np.zeros(len(theta_i), dtype=bool), *found], axis=0)
 
 
 def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:

@@ -6,6 +6,7 @@ coordinates, prior and kernel too, and `energy`."""
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import cast
 
 import numpy as np
@@ -91,13 +92,9 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
         [each.field(searched.values, *searched.directions) for each in transforms],
         [_information_criterion(each.prior, searched.values.size) for each in transforms],
         _known_noise(searched, transforms[-1]), _reciprocities(samples))
-    trials, first = [], 0
-    for number, family in enumerate(families):
-        with progress.part(0.4 + 0.4 * number / len(families), 0.4 + 0.4 * (number + 1) / len(families),
-                           "Fitting shape"):
-            trials.append(search.maximise(range(first, first + len(family))))
-        first += len(family)
-    likeliest = max(trials, key=lambda each: each.value)
+    numbers = np.split(np.arange(len(systems)), np.cumsum([len(family) for family in families])[:-1])
+    with progress.part(0.4, 0.8, "Fitting shape"):
+        likeliest = max((search.maximise(each.tolist()) for each in progress.each(numbers)), key=attrgetter("value"))
     progress.report(0.8, "Fitting shape")
     # the field of all samples, and the colour of its highlight
     coordinates, transform = systems[likeliest.system], transforms[likeliest.prior]

@@ -43,14 +43,10 @@ class Geometry(NamedTuple):
 
     cos_i: FloatArray
     cos_o: FloatArray
-    tan2_h: FloatArray
-    """Squared tangent of the half angle theta_h."""
-    cos_d: FloatArray
-    """Cosine of the difference angle theta_d."""
-    tan2_b: FloatArray
-    """Squared tangent of theta_b, the angle between the normal and the back vector."""
-    cos_r: FloatArray
-    """Cosine of theta_r, the difference angle of the back vector."""
+    tan2_h: FloatArray      # squared tangent of the half angle theta_h
+    cos_d: FloatArray       # cosine of the difference angle theta_d
+    tan2_b: FloatArray      # squared tangent of theta_b, the angle between the normal and the back vector
+    cos_r: FloatArray       # cosine of theta_r, the difference angle of the back vector
 
 
 class SurfaceComponents(NamedTuple):
@@ -58,8 +54,7 @@ class SurfaceComponents(NamedTuple):
 
     incident: ComplexArray
     outgoing: ComplexArray
-    slope: ComplexArray
-    """That of the half vector over its height: a microfacet's slope."""
+    slope: ComplexArray     # that of the half vector over its height: a microfacet's slope
 
 
 @dataclass(frozen=True)
