@@ -1,21 +1,5 @@
-"""How far long work is, told to whoever listens.
-
-What takes long calls `report` now and then, and divides its range among its steps with `part`; functions need no
-parameter for it. Without a listener nothing happens.
-
-Examples
---------
->>> def work():
-...     with part(0.0, 0.75, "Measuring"):
-...         report(1 / 3)
-...         report(2 / 3)
-...     report(0.75, "Cutting")
->>> told = []
->>> with listen(lambda fraction, doing: told.append((fraction, doing))):
-...     work()
->>> told
-[(0.0, 'Measuring'), (0.25, 'Measuring'), (0.5, 'Measuring'), (0.75, 'Cutting')]
-"""
+"""How far long work is, told to whoever listens. What takes long calls `report` now and then, and divides its range
+among its steps with `part`; functions need no parameter for it. Without a listener nothing happens."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

@@ -1,8 +1,8 @@
 """The lobes of Blender's closure nodes, as Cycles evaluates them.
 
-A lobe stands on a normal of its own, turned in the plane of the viewer: with n the surface's normal and wo the
-direction of the viewer, that of a tilt s is (1 - s) n + s wo, made a unit vector. So s = 0 leaves it alone, s = 1 makes
-a lobe that looks back, and a negative s turns it toward the horizon on the mirror side.
+A lobe stands on a normal of its own: with n the surface's normal and wo the direction of the viewer, that of a tilt s
+is (1 - s) n + s wo, made a unit vector. So s = 1 makes a lobe that looks back, and a negative s turns it toward the
+horizon on the mirror side.
 
 - *diffuse*: a Diffuse BSDF, the cosine over pi.
 - *GGX*, *Beckmann*: a Glossy BSDF of that distribution, with height-correlated masking and no Fresnel term (B. Walter
@@ -10,8 +10,8 @@ a lobe that looks back, and a negative s turns it toward the horizon on the mirr
   Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014). Its widths along the tangent and across it are
   alpha (1 - a) and alpha / (1 - a) for an anisotropy a that is not negative, and alpha / (1 + a) and alpha (1 + a)
   otherwise, at most 1; alpha is the square of the roughness.
-- *sheen*: a Sheen BSDF of M. Ashikhmin, S. Premoze, P. Shirley (A Microfacet-Based BRDF Generator, SIGGRAPH 2000). It
-  stands on the surface's normal.
+- *sheen*: a Sheen BSDF of M. Ashikhmin, S. Premoze, P. Shirley (A Microfacet-Based BRDF Generator, SIGGRAPH 2000), on
+  the surface's normal.
 """
 
 from collections.abc import Sequence

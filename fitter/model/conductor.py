@@ -2,11 +2,10 @@
 
     f = F(theta_d) D(h) G2(i, o) / (4 cos theta_i cos theta_o) + M (1 - E(i)) (1 - E(o)) / (pi (1 - E_avg))
 
-D and the height-correlated G2 are those of GGX, with a width along the tangent and one across it (E. Heitz:
-Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014). The second term is light of
-several bounces (C. Kulla, A. Conty: Revisiting Physically Based Shading at Imageworks, SIGGRAPH 2017): E is what the
-first term reflects where F is 1, E_avg its mean, and M = F_avg^2 E_avg / (1 - F_avg (1 - E_avg)), so that a metal
-without losses reflects all light.
+D and G2 have a width along the tangent and one across it (`model.ggx`). The second term is light of several bounces (C.
+Kulla, A. Conty: Revisiting Physically Based Shading at Imageworks, SIGGRAPH 2017): E is what the first term reflects
+where F is 1, E_avg its mean, and M = F_avg^2 E_avg / (1 - F_avg (1 - E_avg)), so that a metal without losses reflects
+all light.
 
 F is that of unpolarised light, of a spectrum of n and k, under D65 in linear Rec.709. A colour outside that gamut (the
 red of gold) is cut to 1: more light than arrives is reflected by nothing.

@@ -1,13 +1,12 @@
-"""The microfacet model that J. Low and others fitted to all materials of MERL.
-
-J. Low, J. Kronander, A. Ynnerman, J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM
-TOG 31(1), 2012. All channels share the shape of the lobe and its index of refraction ::
+"""The microfacet model that J. Low, J. Kronander, A. Ynnerman, J. Unger (BRDF Models for Accurate and Efficient
+Rendering of Glossy Surfaces, ACM TOG 31(1), 2012) fitted to all materials of MERL, in which all channels share the
+shape of the lobe and its index of refraction ::
 
     f = kd / pi + A F(eta, theta_d) G / (pi cos theta_i cos theta_o (1 + B (1 - cos theta_h))^C)
-    F = ((g - c) / (g + c))^2 (1 + ((c (g + c) - 1) / (c (g - c) + 1))^2) / 2,    c = cos theta_d, g^2 = eta^2 - 1 + c^2
-    G = min(1, 2 cos theta_h cos theta_o / c, 2 cos theta_h cos theta_i / c)
+    G = min(1, 2 cos theta_h cos theta_o / c, 2 cos theta_h cos theta_i / c),    c = cos theta_d
 
-F and G are those of R. L. Cook, K. E. Torrance: A Reflectance Model for Computer Graphics, ACM TOG 1(1), 1982.
+F, that of a dielectric, and G are those of R. L. Cook, K. E. Torrance: A Reflectance Model for Computer Graphics, ACM
+TOG 1(1), 1982.
 """
 
 from dataclasses import dataclass
