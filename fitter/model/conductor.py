@@ -43,11 +43,6 @@ class Conductor:
         """Whether the lobe has one width."""
         return self.alpha == self.across
 
-    @property
-    def brightness(self) -> float:
-        """The largest component of what is reflected at normal incidence."""
-        return float(self._fresnel[-1].max())
-
     def log_falloff(self, theta_h: FloatArray) -> FloatArray:
         """By how much the logarithm of the lobe is lower than at its peak, at half angles of (n,) radians."""
         return 2 * np.log1p(np.tan(theta_h) ** 2 / min(self.alpha, self.across) ** 2)
