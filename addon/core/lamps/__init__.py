@@ -73,7 +73,7 @@ def sky_moves(world: bpy.types.World | None) -> bool:
 def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     is_free = is_main_thread_free()
     if changed.structure:
-        light_objects.forget_layers()
+        light_objects.forget()
         if is_free:
             group.merge()
             shared_groups.merge()
@@ -162,8 +162,7 @@ def _on_evaluation(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
     if _is_due.is_set():
         update(depsgraph)
     else:
-        exact = instances.are_possible() or light_objects.is_layer_known()
-        _write_changes(depsgraph, changes.changes(depsgraph, exact))
+        _write_changes(depsgraph, changes.changes(depsgraph))
 
 
 def _postpone() -> None:

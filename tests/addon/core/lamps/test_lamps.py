@@ -1003,9 +1003,9 @@ def test_a_lamp_that_hangs_from_part_of_an_object_can_move(blender, scene):
 def test_a_lamp_below_an_ordinary_object_is_no_instance(blender, scene):
     holder, lamp = add(points()), add_lamp("POINT", 10)
     lamp.parent = holder
-    assert not lamps.instances.may_be_instanced(scene, [lamp])
+    assert list(lamps.instances.list_instancers()) == []
     holder.instance_type = "VERTS"
-    assert lamps.instances.may_be_instanced(scene, [lamp])
+    assert list(lamps.instances.list_instancers()) == [holder]
 
 
 def test_of_many_changes_none_is_looked_at():
