@@ -20,13 +20,11 @@ _LEADS_ON = {"OBJECT", "COLLECTION", "NODETREE", "PARTICLE"}       # to what ins
 
 @dataclass
 class _Search:
-    """The last search: where it was made (None before the first), whether something may instance a light, what does,
-    by `session_uid`, and the lamps found.
-    """
+    """The last search."""
 
-    key: _Key | None = None
-    possible: bool = False
-    instancers: set[int] = field(default_factory=set)
+    key: _Key | None = None         # None before the first
+    possible: bool = False          # whether something may instance a light,
+    instancers: set[int] = field(default_factory=set)       # and what, by session_uid
     lamps: list[lamp.Lamp] = field(default_factory=list)
     parents: dict[int, bool] = field(default_factory=dict)  # by session_uid of what brings lamps: whether it can move
 

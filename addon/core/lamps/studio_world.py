@@ -28,8 +28,7 @@ def is_plain(world: bpy.types.World | None) -> bool:
 
 
 def add(scene: bpy.types.Scene, toward: Vector) -> bpy.types.World:
-    """Make the studio the world of a scene, seen by a viewer in a direction from the origin. The former world is kept.
-    """
+    """Make the studio the world of a scene, seen by a viewer in a direction from the origin; the former is kept."""
     if scene.world is not None and scene.world.library is None:
         scene.world.use_fake_user = True
     world = bpy.data.worlds.new(STUDIO_NAME)

@@ -1,7 +1,6 @@
 """Renders a material with Cycles on a sphere or a shader ball, in a studio, under a sky, or in a given world.
 
-Meshes are made here: the zip holds no binary. All are surfaces of revolution about their Z axis, from which anisotropic
-materials take their direction.
+All are surfaces of revolution about their Z axis, from which anisotropic materials take their direction.
 """
 
 import errno
@@ -98,11 +97,8 @@ def pictures(folder: Path, count: int) -> list[SingleArray]:
 
 
 def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: int, samples: int) -> bpy.types.Scene:
-    """Make a scene to look at materials in, for `render`.
-
-    Shape and lighting are of `SHAPES` and `LIGHTINGS`, of which WORLD takes a world; `size` is in pixels on a side,
-    `samples` per pixel.
-    """
+    """A scene to look at materials in, for `render`: one of `SHAPES` and of `LIGHTINGS`, of which WORLD takes a world;
+    pixels on a side, and samples per pixel."""
     scene = bpy.data.scenes.new(_LOOK_NAME)
     osl_support.enable(scene)
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
@@ -132,8 +128,7 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
 
 
 def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> SingleArray:
-    """Render a material in a scene of `scene_for` into a .png: (size, size, 4), sRGB, the bottom row first. OSError if
-    the picture cannot be written.
+    """Render a material in a scene of `scene_for` into a .png: (size, size, 4), sRGB, the bottom row first, or OSError.
     """
     for item in scene.objects:
         if item.name.startswith(_SUBJECT):

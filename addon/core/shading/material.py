@@ -68,11 +68,8 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
 
 @contextmanager
 def _replacement(materials: Sequence[bpy.types.Material], context: bpy.types.Context) -> Iterator[None]:
-    """Have mixes, and whoever follows, know of the groups that the block gives to materials; if either fails, all stay
-    as they were.
-
-    Groups that nothing uses any more are removed.
-    """
+    """Have mixes, and whoever follows, know of the groups that the block gives to materials, and remove those that
+    nothing uses any more; if any fails, all stay as they were."""
     former = [_group(item) for item in materials]
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
@@ -210,8 +207,7 @@ def is_outdated(material: bpy.types.Material) -> bool:
 
 
 def is_as_made(material: bpy.types.Material) -> bool:
-    """Whether a measured material of this file is as an import makes it: nothing is adjusted, set at its node, or
-    connected to it."""
+    """Whether a material of this file is as an import makes it: nothing is adjusted, or set at its node."""
     node = group_node(material)
     if node is None or not is_measured(material) or material.library is not None or is_outdated(material):
         return False
@@ -224,10 +220,7 @@ def is_as_made(material: bpy.types.Material) -> bool:
 
 
 def show(material: bpy.types.Material, tree: bpy.types.NodeTree) -> bpy.types.Node:
-    """Replace the measured group of a material, or connect a new one to its surface: the node.
-
-    What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
-    """
+    """Replace the measured group of a material, or connect a new one to its surface: the node."""
     own_tree = not_none(material.node_tree)
     nodes = own_tree.nodes
     node, output = group_node(material), own_tree.get_output_node("CYCLES")
@@ -248,8 +241,7 @@ def show(material: bpy.types.Material, tree: bpy.types.NodeTree) -> bpy.types.No
 
 
 def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
-    """Give EEVEE an output of its own, unless the user has made one, or mixes the measured BRDF with something else:
-    EEVEE then shows what Cycles has without OSL."""
+    """Give EEVEE an output of its own, unless the user has, or mixes the measured BRDF with something else."""
     eevee = next((each for each in tree.nodes if each.type == "OUTPUT_MATERIAL" and each.target == "EEVEE"), None)
     if eevee is None:
         shown = [link.from_node for link in cycles.inputs["Surface"].links]

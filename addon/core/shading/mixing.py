@@ -10,8 +10,7 @@ class Mixes:
 
     def mix(self, _first: bpy.types.Material, _second: bpy.types.Material, _factor: float,
             _mask: bpy.types.Image | None, _context: bpy.types.Context, /) -> bpy.types.Material:
-        """Make a material that mixes two, by a factor or by the brightness of an image. ValueError where nothing mixes.
-        """
+        """Make a material that mixes two, by a factor or by the brightness of an image."""
         raise ValueError("The part of the extension that mixes materials is not there")
 
     @staticmethod

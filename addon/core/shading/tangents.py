@@ -1,7 +1,6 @@
 """Where the direction of an anisotropic material comes from on a mesh, and whether that is of use there.
 
-Without a link to the group's input Tangent, Cycles takes the direction around the object's Z axis, as a lathe leaves
-it. On other shapes a UV map has to say it.
+Without a link to the input Tangent, Cycles takes that around the object's Z axis, as a lathe leaves it.
 """
 
 from collections.abc import Iterator

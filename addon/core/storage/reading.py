@@ -19,11 +19,7 @@ _SAME_MATRIX = 0.01         # of the entries of two matrices to XYZ: spaces diff
 
 
 def scene_colours() -> str:
-    """The linear colour space of the open file, one of `COLOURS`; empty if it is another.
-
-    Since Blender 5.0 a file has its own; before, the OpenColorIO configuration has one for all. Colours are converted
-    from either.
-    """
+    """The linear colour space of the open file, since Blender 5.0, or of all; one of `COLOURS`, or empty."""
     axes = (Color(axis).from_scene_linear_to_xyz_d65() for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
     return _space_name(tuple((axis.r, axis.g, axis.b) for axis in axes))
 
