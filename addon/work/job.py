@@ -27,10 +27,7 @@ class AnyWorker(Protocol):
 
 @dataclass(eq=False)
 class Job(Generic[_Result]):
-    """A piece of work, its progress and its result.
-
-    The function and its result can be pickled, and it tells `fitter.progress` how far it is.
-    """
+    """A piece of work, which can be pickled and tells `fitter.progress` how far it is, its progress and its result."""
 
     function: Callable[[], _Result] | None      # None for a Blender process
     worker: AnyWorker | None = None     # None until the job begins
@@ -44,10 +41,7 @@ class Job(Generic[_Result]):
     _began: float | None = None
 
     def time_left(self, now: float) -> str:
-        """How long the rest takes at the pace so far, for users; empty while too little is known of the pace.
-
-        `now` is of `time.monotonic`. The time counts from the first call: an operator calls it at every tick.
-        """
+        """How long the rest takes at the pace since the first call, in words; empty while too little is known."""
         if self._began is None:
             self._began = now
         elapsed = now - self._began
@@ -62,7 +56,6 @@ class Job(Generic[_Result]):
         return self.finished is not None
 
     def cancel(self) -> None:
-        """End the work, and its process."""
         if self.worker is not None and self.finished is None:
             self.worker.kill()
 
@@ -76,7 +69,6 @@ class Work(Protocol):
 
 
 def _time_words(seconds: float) -> str:
-    """A time, as roughly as it is known."""
     if seconds >= 90:
         return f"{round(seconds / 60)} min"
     step = 5 if seconds > 10 else 1

@@ -1,7 +1,4 @@
-"""Questions of panels, which worker processes answer.
-
-Answers are cached by key. Missing ones are worked out in the order in which panels ask, for as long as they ask.
-"""
+"""Questions of panels, which worker processes answer in the order in which panels ask, for as long as they ask."""
 
 import time
 from collections.abc import Callable, Hashable
@@ -24,11 +21,11 @@ _drawn = 0.0                # when the panels were last redrawn
 
 
 class _Question(NamedTuple):
-    """A job without an answer, and what to call with it when it has one."""
+    """A job without an answer."""
 
     key: Hashable
     job: Job[Any]
-    then: _Then
+    then: _Then         # is called with it when it has one
 
 
 class _Lane:
@@ -40,7 +37,6 @@ class _Lane:
         self.running: _Question | None = None
 
     def pending(self) -> list[_Question]:
-        """All questions without an answer."""
         return [*self.queue, self.running] if self.running else self.queue
 
     def drop(self, question: _Question) -> None:
