@@ -50,7 +50,6 @@ class Job(Generic[_Result]):
         return f"about {_time_words(elapsed * (1 - self.fraction) / self.fraction)} left"
 
     def poll(self) -> bool:
-        """Update progress and result: whether the job is finished."""
         if self.worker is not None and self.finished is None:
             self.worker.poll(self)
         return self.finished is not None

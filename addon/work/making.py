@@ -156,7 +156,6 @@ def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_samp
 
 
 def report_questions(operator: bpy.types.Operator, outcomes: Iterable[Outcome]) -> None:
-    """Report what is to be asked about measurements as warnings."""
     for outcome in outcomes:
         for question in outcome.questions:
             operator.report({"WARNING"}, question)

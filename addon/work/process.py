@@ -121,12 +121,10 @@ def folder() -> str:
 
 
 def temporary() -> "tempfile.TemporaryDirectory[str]":
-    """A new folder in that of this Blender."""
     return tempfile.TemporaryDirectory(dir=folder())
 
 
 def unregister() -> None:
-    """End all workers."""
     global _folder
     for each in _workers.values():
         each.kill()

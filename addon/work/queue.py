@@ -21,8 +21,6 @@ _drawn = 0.0                # when the panels were last redrawn
 
 
 class _Question(NamedTuple):
-    """A job without an answer."""
-
     key: Hashable
     job: Job[Any]
     then: _Then         # is called with it when it has one
@@ -50,7 +48,6 @@ class _Lane:
             self.queue.remove(question)
 
     def drop_unwanted(self, now: float) -> None:
-        """Drop the questions that panels no longer ask."""
         for question in self.pending()[:]:
             if now - question.job.asked >= _UNWANTED:
                 self.drop(question)
@@ -105,7 +102,6 @@ def forget(is_unwanted: Callable[[Hashable], bool]) -> None:
 
 
 def redraw() -> None:
-    """Redraw the editors that show measured materials."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PROPERTIES":

@@ -223,7 +223,6 @@ def rebake(fits: Sequence[EmbeddedFit]) -> list[Rebaked | ValueError]:
 
 def _finish(samples: fitter.Samples, measured: Measurement, fitting: Fitted, made: fitter.Fit,
             edit: Arguments) -> Outcome:
-    """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.judge(samples, fitting.fit, fitting.unseen),
                    _surface(made, measured.colours, edit), describe.open_questions(samples))
 
@@ -235,7 +234,6 @@ def edit_surface(kept: EmbeddedFit, edit: Arguments) -> Surface:
 
 
 def _surface(fit: fitter.Fit, space: str, edit: Arguments) -> Surface:
-    """What a material shows of a fit that `edit` has made."""
     with progress.part(0.0, 0.75, "Matching nodes"):
         nodes = node_mixtures(fit)
     progress.report(0.75, "Matching the viewport colour")
@@ -309,12 +307,10 @@ def fit(samples: fitter.Samples, arguments: Arguments, prepared: Arguments | Non
 
 
 def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
-    """A fit with its errors at the samples."""
     return Fitted(made, fitter.error_metrics(samples.values, made.evaluate(*samples.directions)), seconds)
 
 
 def fit_data(data: Data, arguments: Arguments) -> Fitted:
-    """As `fit_once`."""
     return fit_once(load_samples(data), data.digest, arguments)
 
 
@@ -365,7 +361,6 @@ def normal_albedo(kept: EmbeddedFit | KeptMix) -> FloatArray:
 
 
 def samples_near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
-    """As `plane_plot.samples_near_plane`."""
     return plane_plot.samples_near_plane(load_samples(data), theta_i, phi_i)
 
 
@@ -417,5 +412,4 @@ def digest(samples: fitter.Samples) -> str:
 
 
 def freeze(arguments: Arguments) -> str:
-    """Arguments as a cache key."""
     return json.dumps(arguments, sort_keys=True)

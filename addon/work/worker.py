@@ -25,7 +25,6 @@ _ATTEMPTS, _REMOVAL_PAUSE = 20, 0.05  # to remove folders in which other process
 
 
 def serve(package: str, folder: Path) -> None:
-    """Do work until the input ends."""
     progress = importlib.import_module(f"{package}.fitter.progress")
     write_progress = importlib.import_module(f"{package}.addon.work.job").write_progress
     common = os.environ[importlib.import_module(f"{package}.addon.work.shared").WORKERS_FOLDER]

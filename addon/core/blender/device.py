@@ -42,7 +42,6 @@ def renders_on_gpu(scene: bpy.types.Scene) -> bool:
 
 @functools.cache
 def _available(kind: str) -> frozenset[str]:
-    """The identifiers of the devices of a type that this machine has."""
     import _cycles
 
     return frozenset(device[2] for device in _cycles.available_devices(kind) if device[1] == kind)

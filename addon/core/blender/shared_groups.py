@@ -56,7 +56,6 @@ def _local() -> list[bpy.types.NodeTree]:
 
 
 def _digest(tree: bpy.types.NodeTree) -> str:
-    """A digest of a group's sockets, nodes, their settings and values, and links."""
     sockets = [(item.name, item.identifier, item.in_out, item.socket_type, _value(item))
                for item in tree.interface.items_tree if item.item_type == "SOCKET"]
     nodes = [(node.name, node.bl_idname, node.mute, *(getattr(node, name, "") for name in _SETTINGS),

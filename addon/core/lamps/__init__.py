@@ -97,7 +97,6 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
 
 
 def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer) -> None:
-    """Write lamps into a carrier, with drivers for those that need them."""
     names = Counter(item.name for _, item in listed if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
     wanted = {_identity(item): drivers.driver_expressions(not_none(item.original), layer) for _, item in listed

@@ -48,7 +48,6 @@ def can_move(item: bpy.types.Object | None) -> bool:
 
 
 def is_animated(data: bpy.types.ID) -> bool:
-    """Whether a data-block itself has an action, drivers or strips."""
     animation = data.animation_data
     return animation is not None and (animation.action is not None or len(animation.drivers) > 0
                                       or len(animation.nla_tracks) > 0)

@@ -25,7 +25,6 @@ def node_tree() -> bpy.types.NodeTree:
 
 
 def _local() -> list[bpy.types.NodeTree]:
-    """The groups of this version's shader that belong to this file."""
     return [tree for tree in trees() if can_change(tree) and capacity(tree) == MAX_LAMPS]
 
 

@@ -20,8 +20,6 @@ _LEADS_ON = {"OBJECT", "COLLECTION", "NODETREE", "PARTICLE"}       # to what ins
 
 @dataclass
 class _Search:
-    """The last search."""
-
     key: _Key | None = None         # None before the first
     possible: bool = False          # whether something may instance a light,
     instancers: set[int] = field(default_factory=set)       # and what, by session_uid
@@ -33,7 +31,6 @@ _last = _Search()
 
 
 def forget() -> None:
-    """Forget everything, so that the next call searches again."""
     global _last
     _last = _Search()
 

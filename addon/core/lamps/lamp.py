@@ -54,7 +54,6 @@ def expressions(light: bpy.types.Light) -> tuple[str, str, str, str, str]:
 
 
 def from_light(light: bpy.types.Light, matrix: Matrix) -> Lamp:
-    """The lamp that a light makes at this world matrix."""
     energy = light.energy * 2 ** getattr(light, "exposure", 0.0)
     if light.type == "SUN":
         x, y, z = (matrix[row][2] for row in range(3))

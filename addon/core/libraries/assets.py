@@ -40,7 +40,6 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
 
 
 def describe(settings: Any) -> str:
-    """The default description of an asset, from the settings of its material."""
     if not settings.coefficients:
         return f"{settings.id_data.name}: a mix of measured reflectance"
     published = parse_virtual_path(settings.filepath)

@@ -122,7 +122,6 @@ def open_part(path: Path) -> _DiskVersion:
 
 
 def close() -> None:
-    """Close the open file and begin an empty one."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
 
 
@@ -197,7 +196,6 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
 
 
 def list_measured() -> list[bpy.types.Material]:
-    """The measured materials of the open file."""
     return [item for item in bpy.data.materials if item.library is None and materials.is_measured(item)]
 
 

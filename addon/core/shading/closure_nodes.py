@@ -54,7 +54,6 @@ class _Builder:
 
     def group(self, kind: str, fill: Callable[[bpy.types.NodeTree], None], given: Mapping[str, _Value]
               ) -> bpy.types.Node:
-        """A node of the group that is shared under a name."""
         return self.node("ShaderNodeGroup", given, node_tree=shared_group(kind, fill))
 
     def math(self, operation: str, *values: _Value) -> bpy.types.NodeSocket:
@@ -111,7 +110,6 @@ def _fill_turned_frame(tree: bpy.types.NodeTree) -> None:
 
 
 def _frame(build: _Builder, inputs: Sockets) -> Sockets:
-    """The frame of an isotropic fit."""
     surface = build.node("ShaderNodeNewGeometry")
     viewer = surface.outputs["Incoming"]
     colour = build.node("ShaderNodeVectorMath", {"Vector": inputs["Tint"], "Scale": inputs["Strength"]},
@@ -129,7 +127,6 @@ def _frame(build: _Builder, inputs: Sockets) -> Sockets:
 
 
 def add_sum(tree: bpy.types.NodeTree, mixture: NodeMixture, frame: Sockets, x: float, y: float) -> bpy.types.NodeSocket:
-    """Add a sum of closures, and return its output."""
     stops = mixture.theta / (math.pi / 2)
     total: bpy.types.NodeSocket | None = None
     for number, kind in enumerate(mixture.kinds):
@@ -215,7 +212,6 @@ def _fill_lobe(tree: bpy.types.NodeTree, kind: Kind, names: tuple[str, ...]) -> 
 
 
 def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> Sockets:
-    """Give a new group inputs of these names and types: their sockets in it."""
     for name, kind in types.items():
         tree.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
     node = tree.nodes.new("NodeGroupInput")

@@ -23,7 +23,6 @@ class MeasuredComparison(bpy.types.PropertyGroup):
 
 
 def get(scene: bpy.types.Scene) -> Any:
-    """The `MeasuredComparison` of a scene."""
     return scene.measured_brdf_comparison
 
 

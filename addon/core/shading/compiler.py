@@ -54,7 +54,6 @@ def compile_shader(source: str, nodes: Nodes, fit: bytes = b"") -> Shader:
 
 
 def _bytecode(source: str) -> str:
-    """What the OSL compiler makes of source text. Raises CompileError."""
     import _cycles
 
     size = len(source.encode("utf-8"))

@@ -35,7 +35,6 @@ class Picture(NamedTuple):
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """Identifies what it shows."""
         image: Any = self.node.image
         return image.name, tuple(image.size), self.output, self.is_grey, self.placement
 

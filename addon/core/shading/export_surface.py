@@ -142,7 +142,6 @@ def uses_images(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bo
 
 
 def is_reflective(material: bpy.types.Material) -> bool:
-    """Whether a measured material shows what is around it, as metals and smooth surfaces do."""
     export = _node(not_none(material.node_tree))
     fitted = {} if export is None else dict(export.get(_FITTED, {}).items())
     return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH_ROUGHNESS

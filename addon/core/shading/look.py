@@ -273,7 +273,6 @@ def _sky() -> bpy.types.World:
 
 def _add_surface(owner: bpy.types.Material | bpy.types.World, kind: str, output: str,
                  color: tuple[float, float, float, float]) -> bpy.types.Node:
-    """Give a new material or world one node of a colour, at its output: that node."""
     tree = use_nodes(owner)
     tree.nodes.clear()
     node, end = tree.nodes.new(f"ShaderNode{kind}"), tree.nodes.new(f"ShaderNode{output}")

@@ -122,18 +122,15 @@ def surface_node(material: bpy.types.Material) -> bpy.types.Node | None:
 
 
 def is_shown(material: bpy.types.Material) -> bool:
-    """Whether a material has a measured BRDF to show, or a mix of some."""
     return surface_node(material) is not None
 
 
 def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
-    """All nodes of a material that hold a measured BRDF."""
     return [node for node in _list_groups(material.node_tree)
             if node_group.script_node(not_none(node.node_tree)) is not None]
 
 
 def _list_groups(tree: bpy.types.NodeTree | None) -> list[bpy.types.Node]:
-    """The nodes of a tree that hold a group."""
     nodes = () if tree is None else tree.nodes
     return [node for node in nodes if node.type == "GROUP" and node.node_tree is not None]
 
@@ -196,12 +193,10 @@ def tangent_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
 
 
 def is_measured(material: bpy.types.Material) -> bool:
-    """Whether a material shows a finished fit."""
     return bool(material.measured_brdf.coefficients) and group_node(material) is not None
 
 
 def is_outdated(material: bpy.types.Material) -> bool:
-    """Whether an older version of the extension made the shader of a measured material."""
     node = group_node(material)
     return node is not None and node_group.version(node.node_tree) < SHADER_VERSION
 
@@ -257,7 +252,6 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
 
 
 def _show_surface(material: bpy.types.Material, surface: Surface, shader: Shader) -> bpy.types.Node:
-    """Give a material a surface, in every renderer and in exports: its node."""
     node = show(material, node_group.find_or_create(shader, material.name, unlike=_group(material)))
     export_surface.update(material, node, surface)
     return node

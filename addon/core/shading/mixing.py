@@ -15,12 +15,10 @@ class Mixes:
 
     @staticmethod
     def is_mix(_tree: bpy.types.NodeTree | None, /) -> bool:
-        """Whether a node group is a mix."""
         return False
 
     @staticmethod
     def count(_tree: bpy.types.NodeTree, /) -> int:
-        """How many measured BRDFs a mix holds."""
         return 0
 
     def parts(self, _node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:

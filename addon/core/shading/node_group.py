@@ -123,7 +123,6 @@ def kept_fit(tree: bpy.types.NodeTree) -> bytes:
 
 
 def is_compiled(tree: bpy.types.NodeTree) -> bool:
-    """Whether a group that `create` made has a shader for OSL, beside its closure nodes."""
     return len(not_none(script_node(tree)).outputs) > 0
 
 
@@ -242,7 +241,6 @@ def _add_tangent(tree: bpy.types.NodeTree, is_anisotropic: bool) -> list[str]:
 
 
 def _store(node: bpy.types.Node, shader: Shader) -> None:
-    """Store a compiled shader in a script node."""
     # it gets its sockets by compiling: an empty shader of the same parameters takes 10 ms instead of 150
     compile_node(node, interface(shader.source))
     node.bytecode, node.bytecode_hash = shader.bytecode, shader.bytecode_hash

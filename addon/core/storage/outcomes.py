@@ -70,7 +70,6 @@ class FitRequest(NamedTuple):
 
     @property
     def colours(self) -> str:
-        """One of `colours.COLOURS`."""
         return self.data.measured.colours
 
 
@@ -87,7 +86,6 @@ class KeptMix(NamedTuple):
 
     @property
     def colours(self) -> str:
-        """One of `colours.COLOURS`."""
         return self.first.colours
 
 

@@ -117,7 +117,6 @@ def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
 
 
 def _draw_enum(layout: bpy.types.UILayout, choices: Any, name: str, keys: Sequence[str]) -> None:
-    """Draw some of the values of a property beside its name."""
     split = layout.split(factor=0.3)
     split.use_property_split = False        # Blender would split each value
     label = split.row()
@@ -143,7 +142,6 @@ def fit_arguments(choices: Choices) -> Arguments:
 
 
 def use_preset(choices: Choices, name: str) -> None:
-    """Choose a preset, with its levels."""
     choices.preset, choices.use_tolerance = name, False
     _use_levels(choices, name)
 

@@ -397,7 +397,6 @@ def test_blender_may_end_it_and_unregistering_does(stage):
     assert gone(stage)
     stage.begin()
     session.unregister()
-    session.register()
     assert gone(stage)
 
 
