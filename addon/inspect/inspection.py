@@ -120,7 +120,6 @@ class Inspection:
 
     @property
     def curve(self) -> tuple[FloatArray, FloatArray] | None:
-        """The material's fit in the plane of incidence: (k,) radians and (k, channels) 1/sr."""
         return self.plane.plane_curves[0] if self.plane.fits else None
 
     def light(self) -> FloatArray:

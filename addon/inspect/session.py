@@ -96,7 +96,6 @@ class Session:
             area.tag_redraw()
 
     def refresh(self) -> None:
-        """Take what workers have answered, and ask for what is missing."""
         material, inspection = self.material(), self.inspection
         if material is None:
             return
@@ -114,7 +113,6 @@ class Session:
             self.redraw()
 
     def plot(self, area: bpy.types.Area, region: bpy.types.Region) -> Plot:
-        """Where the plot is in a region."""
         others = [_rectangle(each) for each in area.regions
                   if each.type != "WINDOW" and min(each.width, each.height) > 1]
         return place_plot(free_part(_rectangle(region), others), self.inspection.side,

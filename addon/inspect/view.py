@@ -63,5 +63,4 @@ def drag_direction(view: View, at: ArrayLike, frame: FloatArray, radius: float) 
 
 
 def limit_polar_angle(theta: float) -> float:
-    """A polar angle of incidence that can be shown, radians."""
     return float(np.clip(theta, 0, _STEEPEST))

@@ -17,20 +17,12 @@ _SURE = 0.08                # of the work, done before it is said how long the r
 _SOON = 3                   # s; and since when it runs, before which nobody asks
 
 
-class AnyWorker(Protocol):
-    """Where a job runs: a `process.Worker`, or a `blender_process.BlenderProcess`."""
-
-    def poll(self, job: "Job[Any]") -> None: ...
-
-    def kill(self) -> None: ...
-
-
 @dataclass(eq=False)
 class Job(Generic[_Result]):
     """A piece of work, which can be pickled and tells `fitter.progress` how far it is, its progress and its result."""
 
     function: Callable[[], _Result] | None      # None for a Blender process
-    worker: AnyWorker | None = None     # None until the job begins
+    worker: Any = None                  # the `process.ChildProcess` where it runs; None until it begins
     number: int = 0                     # of the job, for its `Worker`
     fraction: float = 0.0
     doing: str = "Starting"
@@ -75,7 +67,6 @@ def _time_words(seconds: float) -> str:
 
 
 def read_progress(path: Path, job: Job[Any]) -> None:
-    """Update a job with the progress that its process wrote."""
     with contextlib.suppress(OSError, ValueError):      # not there yet
         fraction, job.doing = path.read_text("utf-8").split(" ", 1)
         job.fraction = float(fraction)

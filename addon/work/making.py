@@ -140,7 +140,6 @@ def _says_how_to_fit(operator: Any) -> bool:
 
 
 def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_sample: bool = False) -> None:
-    """Draw how a file or a folder is read and fitted."""
     properties.draw_presets(layout, operator)
     if with_sample:
         layout.prop(operator, "sample")

@@ -43,7 +43,6 @@ def fitting_job(measured: Data, arguments: Arguments) -> Job[Fitted]:
 
 
 def held_out(measured: Data, arguments: Arguments) -> Job[float]:
-    """The job that finds the RMSE at held-out samples."""
     return queue.ask(_key("held out", measured, arguments), partial(tasks.held_out, measured, arguments), "slow")
 
 

@@ -35,7 +35,6 @@ def is_unchanged(tree: bpy.types.NodeTree | None) -> bool:
 
 
 def used_only_by(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
-    """The shared groups that nothing uses but a group."""
     shared = [each for each in _local() if not each.use_fake_user]
     users = bpy.data.user_map(subset=shared)
     return [each for each in shared if users[each] == {tree}]

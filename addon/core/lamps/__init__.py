@@ -54,7 +54,6 @@ def update(depsgraph: bpy.types.Depsgraph) -> None:
 
 
 def sky_moves(world: bpy.types.World | None) -> bool:
-    """Whether a world has bright places and its nodes are animated."""
     return (world is not None and world.node_tree is not None and drivers.is_animated(world.node_tree)
             and len(bright_spots(world)) > 0)
 

@@ -6,6 +6,7 @@ and again only after a change of something that can. A wrong yes only costs the 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 
@@ -24,7 +25,7 @@ class _Search:
     possible: bool = False          # whether something may instance a light,
     instancers: set[int] = field(default_factory=set)       # and what, by session_uid
     lamps: list[lamp.Lamp] = field(default_factory=list)
-    parents: dict[int, bool] = field(default_factory=dict)  # by session_uid of what brings lamps: whether it can move
+    moves: bool = False             # whether something that brings lamps can move by itself
 
 
 _last = _Search()
@@ -56,7 +57,7 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
     """Search all instances for lights that are not in `shining`."""
     known = {item.session_uid for item in shining}
     instanced: list[lamp.Lamp] = []
-    parents: dict[int, bool] = {}
+    parents: set[Any] = set()
     for instance in depsgraph.object_instances:
         item = not_none(instance.object)
         if item.type != "LIGHT" or (not instance.is_instance and item.original.session_uid in known):
@@ -64,14 +65,13 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
         light = get_light(item)
         if light.energy > 0:
             instanced.append(lamp.from_light(light, instance.matrix_world))
-        parent = instance.parent.original if instance.is_instance else item.original
-        parents[parent.session_uid] = parents.get(parent.session_uid) or drivers.can_move(parent)
-    _last.lamps, _last.parents = instanced, parents
+        parents.add(instance.parent.original if instance.is_instance else item.original)
+    _last.lamps, _last.moves = instanced, any(map(drivers.can_move, parents))
 
 
 def can_move() -> bool:
     """Whether the last search found lamps that can move by themselves."""
-    return any(_last.parents.values())
+    return _last.moves
 
 
 def list_instancers() -> Iterator[bpy.types.Object]:

@@ -20,7 +20,6 @@ _FRONT = 0.0, -1.0, 0.0     # where the viewer is in the image
 
 
 def is_plain(world: bpy.types.World | None) -> bool:
-    """Whether a world is of one colour."""
     tree = None if world is None else world.node_tree
     output = None if tree is None else tree.get_output_node("ALL")
     links = () if output is None else not_none(output.inputs["Surface"].links)

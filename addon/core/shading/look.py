@@ -119,8 +119,10 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
         _add(scene, _FLOOR_NAME, _backdrop() if lighting == STUDIO else _floor(
             [(-_EXTENT, -_EXTENT, 0), (_EXTENT, -_EXTENT, 0), (_EXTENT, _EXTENT, 0), (-_EXTENT, _EXTENT, 0)],
             [(0, 1, 2, 3)]))
-    if lighting == STUDIO:
-        _add_lights(scene)
+    for place, width, power in _SCENE_LIGHTS if lighting == STUDIO else ():
+        light = bpy.data.lights.new(_LOOK_NAME, "AREA")
+        light.shape, light.size, light.energy = "DISK", width, power
+        _add_aimed(scene, light, place, 1)
     camera = bpy.data.cameras.new(_LOOK_NAME)
     height, camera.lens = (1.12, 112) if shape == BALL else (1.0, 122)      # that it looks at, and mm
     scene.camera = _add_aimed(scene, camera, _CAMERA[lighting], height)
@@ -244,13 +246,6 @@ def _add_aimed(scene: bpy.types.Scene, data: bpy.types.Light | bpy.types.Camera,
     toward = Vector(place) - Vector((0, 0, height))
     item.location, item.rotation_euler = place, toward.to_track_quat("Z", "Y").to_euler()
     return item
-
-
-def _add_lights(scene: bpy.types.Scene) -> None:
-    for place, size, power in _SCENE_LIGHTS:
-        light = bpy.data.lights.new(_LOOK_NAME, "AREA")
-        light.shape, light.size, light.energy = "DISK", size, power
-        _add_aimed(scene, light, place, 1)
 
 
 def _world(color: tuple[float, float, float, float], strength: float) -> tuple[bpy.types.World, bpy.types.Node]:

@@ -112,7 +112,6 @@ def _group(material: bpy.types.Material) -> bpy.types.NodeTree | None:
 
 
 def mix_node(material: bpy.types.Material) -> bpy.types.Node | None:
-    """The first node of a material that mixes measured materials, or None."""
     return next((node for node in _list_groups(material.node_tree) if mixing.mixes.is_mix(node.node_tree)), None)
 
 

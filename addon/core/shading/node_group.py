@@ -97,7 +97,6 @@ def _errors(nodes: Nodes) -> dict[str, float]:
 
 
 def make(fit: Fit) -> bpy.types.NodeTree:
-    """Make a node group that renders a fit. Raises as `create` does."""
     nodes = node_mixtures(fit)
     return create(compile_shader(bake(fit, mixture=nodes.cycles), nodes, fit.to_bytes()))
 

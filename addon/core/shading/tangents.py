@@ -60,7 +60,6 @@ def has_uv(mesh: bpy.types.Mesh, name: str = "") -> bool:
 
 
 def take_from_uv(material: bpy.types.Material) -> None:
-    """Let the direction of an anisotropic material be that of the rendered UV map."""
     tree, group = not_none(material.node_tree), not_none(materials.surface_node(material))
     node: Any = tree.nodes.new("ShaderNodeTangent")
     node.direction_type = "UV_MAP"
@@ -69,7 +68,6 @@ def take_from_uv(material: bpy.types.Material) -> None:
 
 
 def take_around_axis(material: bpy.types.Material) -> None:
-    """Let the direction of an anisotropic material be that around the object's Z axis."""
     tree, socket = not_none(material.node_tree), not_none(materials.tangent_input(material))
     for link in list(not_none(socket.links)):
         tree.links.remove(link)

@@ -55,10 +55,8 @@ def forget(path: str) -> str:
 
 def stored_paths() -> Iterator[Place]:
     """The paths that the open file keeps, and may change."""
-    for material in bpy.data.materials:
-        yield from _paths_of_item(material)
-    for scene in bpy.data.scenes:
-        yield from _paths_of_item(scene)
+    for item in (*bpy.data.materials, *bpy.data.scenes):
+        yield from _paths_of_item(item)
 
 
 def _paths_of_item(item: bpy.types.ID) -> Iterator[Place]:

@@ -229,7 +229,6 @@ def quality_summary(settings: Any) -> QualitySummary:
 
 
 def is_preset(choices: Choices, name: str) -> bool:
-    """Whether the choices are those of a preset, unchanged."""
     mine = fit_arguments(choices)
     return choices.preset == name and not choices.use_tolerance and all(
         mine[key] == value or (isinstance(value, float) and math.isclose(mine[key], value))
@@ -269,7 +268,6 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
 
 
 def default_choices(path: str) -> Choices:
-    """The choices of a new material for a file."""
     defaults = MeasuredMaterial.bl_rna.properties
     return SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": path})
 

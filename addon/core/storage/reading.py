@@ -34,13 +34,11 @@ def _space_name(axes: tuple[tuple[float, ...], ...]) -> str:
 
 
 def load_arguments(choices: Choices) -> Arguments:
-    """The keyword arguments of `fitter.load` that choices, and the open file, ask for."""
     options = {name: option.value(getattr(choices, name)) for name, option in OPTIONS.items()}
     return {**options, "colours": scene_colours() or DEFAULT_COLOURS}
 
 
 def use_reading(choices: Choices, options: Arguments) -> None:
-    """Choose the options of reading as `fitter.load` has them."""
     for name, option in OPTIONS.items():
         setattr(choices, name, option.to_stored(options.get(name, option.default)))
 
