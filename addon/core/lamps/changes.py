@@ -15,11 +15,10 @@ class Changed(NamedTuple):
     """What may have changed since the last evaluation."""
 
     structure: bool         # objects were added, removed, shown, hidden, linked to something, or given other data
-    materials: bool
-    others: bool            # properties of lights, of the world, or of objects
+    others: bool            # properties of lights, of the world, of objects, or of materials
 
 
-EVERYTHING = Changed(True, True, True)
+EVERYTHING = Changed(True, True)
 
 
 def changes(depsgraph: bpy.types.Depsgraph) -> Changed:
@@ -29,8 +28,7 @@ def changes(depsgraph: bpy.types.Depsgraph) -> Changed:
     # nodes were edited, which the updates tell apart
     structure = updated("SCENE") and (
         not updated("NODETREE") or any(update.id.id_type == "SCENE" for update in depsgraph.updates))
-    return Changed(structure, updated("MATERIAL"),
-                   updated("OBJECT") or updated("LIGHT") or updated("WORLD") or updated("IMAGE"))
+    return Changed(structure, any(map(updated, ("OBJECT", "LIGHT", "WORLD", "IMAGE", "MATERIAL"))))
 
 
 def changed_objects(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object] | None:

@@ -177,8 +177,6 @@ class Finished:
     """A job that has finished already."""
 
     def start(self):
-        from measured_brdf.addon.work import process
-
         job = process.Job(None)
         job.finished = time.monotonic()
         return job
