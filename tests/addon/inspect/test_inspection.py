@@ -79,11 +79,6 @@ def test_pressing_in_the_hemisphere_takes_the_light_there_and_dragging_moves_it(
     assert inspected.theta_i == before, "nothing is dragged any more"
 
 
-def test_pressing_elsewhere_is_left_to_blender(inspected, above, disc):
-    assert not inspected.press(above, FRAME, disc, np.array([30.0, 780.0]))
-    assert inspected.drag == ""
-
-
 def test_dragging_on_the_plot_changes_the_angle_alone(inspected, above, disc):
     assert inspected.press(above, FRAME, disc, disc.disc.points(-0.9, 0.8))
     assert (inspected.theta_i, inspected.phi_i) == pytest.approx((0.9, 0.3))
