@@ -36,7 +36,7 @@ def absolute(material: bpy.types.Material) -> str:
 
 
 def relative(path: str, folder: str) -> str:
-    """A path as it is told from a folder; as it is where both share no folder but those above that of the user."""
+    """A path as it is told from a folder; whole where both share no folder but that of all users, or the disk."""
     if path.startswith(_BLEND) or not os.path.isabs(path):
         return path
     try:
