@@ -10,7 +10,6 @@ Layout: comma-separated, after lines that begin with #; the first row names the 
 """
 
 import csv
-from pathlib import Path
 
 from ..errors import DatasetError
 from ..model.published import sample_words
@@ -28,28 +27,28 @@ def recognises(content: bytes) -> bool:
     return any(pair <= {name.strip() for name in first.split(b",")} for pair in _PAIRS)
 
 
-def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
+def list_samples(content: bytes) -> list[tuple[int, str]]:
     """The number and the name of each row."""
-    return [(number, _name(row)) for number, row in enumerate(_rows(path, content), 1)]
+    return [(number, _name(row)) for number, row in enumerate(_rows(content), 1)]
 
 
-def read(path: str | Path, content: bytes, sample: int) -> Samples:
+def read(content: bytes, sample: int) -> Samples:
     """Read one row. Raises DatasetError if it describes no material."""
-    line, cells = row = _rows(path, content)[sample - 1]
+    line, cells = row = _rows(content)[sample - 1]
     try:
-        return sample_words(cells, _name(row), str(path))
+        return sample_words(cells, _name(row), "")
     except ValueError as error:
-        raise DatasetError(str(error), path, line) from error
+        raise DatasetError(str(error), line=line) from error
 
 
-def _rows(path: str | Path, content: bytes) -> list[_Row]:
+def _rows(content: bytes) -> list[_Row]:
     lines = [(number, line) for number, line in enumerate(content.decode("utf-8", "replace").splitlines(), 1)
              if line.strip() and not line.startswith("#")]
     names, *cells = csv.reader(line for _, line in lines)
     rows = [(number, {name.strip(): cell for name, cell in zip(names, row, strict=False)})
             for (number, _), row in zip(lines[1:], cells, strict=False)]
     if not rows:
-        raise DatasetError("no rows below the names of columns", path)
+        raise DatasetError("no rows below the names of columns")
     return rows
 
 

@@ -24,7 +24,7 @@ from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
-from .text import line_number, lines, parse_row, plain_text, read_bytes
+from .text import line_error, line_number, lines, name_file, parse_row, plain_text, read_bytes
 
 GEOMETRIES = 205
 SAMPLE_NAMES = (
@@ -47,17 +47,16 @@ def recognises(content: bytes) -> bool:
     return tokens[0].isdigit() and len(tokens) > GEOMETRIES // 2
 
 
-def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
+def list_samples(content: bytes) -> list[tuple[int, str]]:
     """The (number, name) of each sample of a file."""
-    return [(number, SAMPLE_NAMES[number - 1]) for number in _rows(path, content)]
+    return [(number, SAMPLE_NAMES[number - 1]) for number in _rows(content)]
 
 
-def read(path: str | Path, content: bytes, sample: int) -> Samples:
+def read(content: bytes, sample: int, path: Path) -> Samples:
     """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
 
     Raises DatasetError if a file is malformed.
     """
-    path = Path(path)
     members = _color_files(path) or [path]
     columns = []
     for member in members:
@@ -68,7 +67,7 @@ def read(path: str | Path, content: bytes, sample: int) -> Samples:
             and (column := _values(member, None, sample)) is not None]
     theta_v, phi_v, theta_i, phi_i = geometry().T
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), RGB if len(members) > 1 else ("grey",),
-                   SAMPLE_NAMES[sample - 1], str(path), saturated=np.max(over, axis=0) > 0 if over else None)
+                   SAMPLE_NAMES[sample - 1], saturated=np.max(over, axis=0) > 0 if over else None)
 
 
 def list_parts(path: Path) -> list[Path]:
@@ -96,27 +95,25 @@ def geometry() -> FloatArray:
     return np.loadtxt(table, delimiter=",", comments="#", skiprows=2)[:, 1:]
 
 
-def _rows(path: str | Path, content: bytes) -> dict[int, int]:
-    """The position at which the line of each sample starts, by sample number."""
-    rows: dict[int, int] = {}
+def _rows(content: bytes) -> dict[int, re.Match[bytes]]:
+    """The line of each sample, by sample number."""
+    rows: dict[int, re.Match[bytes]] = {}
     for line in lines(content):
         number = _NUMBER.match(line[0])
         if number is None or not 1 <= int(number[1]) <= len(SAMPLE_NAMES):
-            raise DatasetError(f"the line must start with a sample number from 1 to {len(SAMPLE_NAMES)}: {_EXPECTED}",
-                               path, line_number(content, line.start()))
-        first = rows.setdefault(int(number[1]), line.start())
-        if first != line.start():
-            raise DatasetError(f"sample {int(number[1])} a second time, first on line {line_number(content, first)}",
-                               path, line_number(content, line.start()))
+            raise line_error(line, f"the line must start with a sample number from 1 to {len(SAMPLE_NAMES)}: "
+                             f"{_EXPECTED}")
+        first = rows.setdefault(int(number[1]), line)
+        if first is not line:
+            raise line_error(line, f"sample {int(number[1])} a second time, first on line {line_number(first)}")
     return rows
 
 
 def _values(path: Path, content: bytes | None, sample: int) -> list[float] | None:
     """The values of a sample in a file, of which the content may be known; None if it is not in it."""
-    text = plain_text(read_bytes(path), path) if content is None else content
-    if (position := _rows(path, text).get(sample)) is None:
-        return None
-    return parse_row(next(lines(text, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, text, position)[1:]
+    with name_file(path):
+        row = _rows(plain_text(read_bytes(path)) if content is None else content).get(sample)
+        return None if row is None else parse_row(row, None, GEOMETRIES + 1, _EXPECTED)[1:]
 
 
 def _color_files(path: Path) -> list[Path] | None:

@@ -8,7 +8,6 @@ real part. At most a few times the file's size is inflated and converted, so tha
 import struct
 import zlib
 from collections.abc import Collection, Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -25,7 +24,7 @@ _MATRIX_PARTS = 6, 5, 1     # a matrix begins with flags (uint32), dimensions (i
 _GROWTH, _FREE = 3, 1 << 20     # most bytes inflated: times the file's size, plus; measured data deflate to about half
 
 
-def read(content: bytes, path: str | Path, names: Collection[str]) -> dict[str, FloatArray]:
+def read(content: bytes, names: Collection[str]) -> dict[str, FloatArray]:
     """Read the arrays with the given names, of two dimensions or more; those that the file does not have are missing.
 
     Raises DatasetError if the file is damaged, one of the arrays does not hold plain real numbers, or inflates too
@@ -51,7 +50,7 @@ def read(content: bytes, path: str | Path, names: Collection[str]) -> dict[str, 
                     allowance -= array.nbytes
                     arrays[name] = array
     except (struct.error, zlib.error, ValueError) as error:
-        raise DatasetError(f"a damaged MATLAB file ({error})", path) from error
+        raise DatasetError(f"a damaged MATLAB file ({error})") from error
     return arrays
 
 

@@ -21,7 +21,6 @@ are below the horizon. Near theta_d = 90 degrees the authors have extrapolated.
 
 import math
 import struct
-from pathlib import Path
 
 import numpy as np
 
@@ -45,24 +44,24 @@ def recognises(content: bytes) -> bool:
     return _is_merl(_cells(content, "<")) or _is_merl(_cells(content, ">"))
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(content: bytes) -> Samples:
     """Read a .binary file: the cells that were measured. Raises DatasetError if the file is damaged."""
     cells = _cells(content, "<")
     if not _is_merl(cells):
-        raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them", path)
+        raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them")
     numbers = 3 * math.prod(cells)
     size, rest = divmod(len(content) - _HEADER_BYTES, numbers)
     if rest or size not in _MERL_TYPES:
         sizes = ", ".join(f"{_HEADER_BYTES + numbers * size:,} (float{8 * size})" for size in _MERL_TYPES)
         raise DatasetError(f"{len(content):,} bytes found for {' x '.join(map(str, cells))} cells of three channels, "
-                           f"expected {sizes}", path)
+                           f"expected {sizes}")
     planes = np.frombuffer(content, _MERL_TYPES[size], offset=_HEADER_BYTES).reshape(3, *cells)
     if not all(np.isfinite(part).all() for part in np.moveaxis(planes, 1, 0)):
-        raise DatasetError("holds numbers that are not finite", path)
+        raise DatasetError("holds numbers that are not finite")
     measured = [(planes[:, i] >= 0).all(axis=0) & _cells_above_horizon(i, cells) for i in range(cells[0])]
     count = sum(map(np.count_nonzero, measured))
     if not count:
-        raise DatasetError("no cell was measured: all are negative or below the horizon", path)
+        raise DatasetError("no cell was measured: all are negative or below the horizon")
     directions, values = map_directions(np.empty, [count] * 4), np.empty((count, 3))
     start = 0
     for i, above in enumerate(measured):        # one theta_h at a time, to save memory
@@ -72,7 +71,7 @@ def read(path: str | Path, content: bytes) -> Samples:
         values[part] = planes[:, i][:, above].T * SCALE
         start = part.stop
     freeze_new_arrays(*directions, values)
-    return Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTE,))
+    return Samples(*directions, values, RGB, "", notes=(_NOTE,))
 
 
 def other_layout(content: bytes) -> str | None:

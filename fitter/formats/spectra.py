@@ -4,7 +4,6 @@ Colour matching functions: CIE 1931 2-degree standard observer (CIE 018:2019). P
 Colours seen under another illuminant than D65 are adapted to it (`colours.adaptation`).
 """
 
-from pathlib import Path
 
 import numpy as np
 
@@ -43,12 +42,12 @@ def srgb_weights(wavelengths: FloatArray, illuminant: str = DEFAULT) -> FloatArr
     return weights / weights.sum(axis=1, keepdims=True)
 
 
-def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path | None = None,
-                   line: int | None = None, illuminant: str = DEFAULT) -> FloatArray:
+def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, line: int | None = None,
+                   illuminant: str = DEFAULT) -> FloatArray:
     """Convert spectra, (n, bands), to linear sRGB under one of `ILLUMINANTS`: (n, 3). Saturated colours may have
     negative components.
 
-    Raises DatasetError, with the path and line of the wavelengths, unless these, in nm and in any order, differ, and at
+    Raises DatasetError, with the line of the wavelengths, unless these, in nm and in any order, differ, and at
     least three are within 400 to 700 nm and span 200 nm.
 
     Examples
@@ -62,6 +61,6 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
         wavelengths, values = wavelengths[order], values[:, order]
     visible = wavelengths[(wavelengths >= 400) & (wavelengths <= 700)]
     if not (np.diff(wavelengths) > 0).all() or len(visible) < 3 or np.ptp(visible) < SPAN:
-        raise DatasetError(f"wavelengths must differ, with at least three from 400 to 700 nm that span {SPAN} nm", path,
-                           line)
+        raise DatasetError(f"wavelengths must differ, with at least three from 400 to 700 nm that span {SPAN} nm",
+                           line=line)
     return values @ srgb_weights(wavelengths, illuminant).T

@@ -7,7 +7,6 @@ uint64, where they begin in the file; uint64 for each dimension. Owner's page: h
 
 import math
 import struct
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,13 +21,13 @@ _TYPES = dict(enumerate(("<u1", "<i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8",
 _MOST_DIMENSIONS = 8
 
 
-def read(content: bytes, path: str | Path) -> dict[str, NDArray[Any]]:
+def read(content: bytes) -> dict[str, NDArray[Any]]:
     """Read the arrays, by name, of the type that the file has them in. They look into the content, so that nothing is
     copied, and are read-only. Raises DatasetError if the file is damaged.
     """
     start = len(TENSOR_MAGIC) + len(_TENSOR_VERSION)
     if content[:start] != TENSOR_MAGIC + _TENSOR_VERSION:
-        raise DatasetError(f"tensor file of version {tuple(content[len(TENSOR_MAGIC):start])}, expected (1, 0)", path)
+        raise DatasetError(f"tensor file of version {tuple(content[len(TENSOR_MAGIC):start])}, expected (1, 0)")
     arrays: dict[str, NDArray[Any]] = {}
     try:
         count, = struct.unpack_from("<I", content, start)
@@ -45,11 +44,11 @@ def read(content: bytes, path: str | Path) -> dict[str, NDArray[Any]]:
             if name in arrays:
                 raise ValueError(f"two arrays are named {name!r:.40}")
             arrays[name] = _array(content, name, kind, offset, shape)
-    except struct.error:
-        raise DatasetError(f"a damaged tensor file: {len(content):,} bytes end within the table of its arrays",
-                           path) from None
+    except struct.error as error:
+        message = f"a damaged tensor file: {len(content):,} bytes end within the table of its arrays"
+        raise DatasetError(message) from error
     except ValueError as error:
-        raise DatasetError(f"a damaged tensor file: {error}", path) from None
+        raise DatasetError(f"a damaged tensor file: {error}") from error
     return arrays
 
 

@@ -20,7 +20,6 @@ Limits: where a direction is the normal, it has no azimuth: the sample is the me
 Whether a material is isotropic is found from its values.
 """
 
-from pathlib import Path
 
 import numpy as np
 
@@ -53,10 +52,10 @@ def recognises(content: bytes) -> bool:
     return bool(len(sizes) and sizes.max() <= LARGEST_VALUE and _SMALLEST < np.median(sizes) < _LARGEST)
 
 
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .bin file. Raises DatasetError if the size or the numbers are no such file's."""
     if not recognises(content):
-        raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
+        raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances")
     stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)
     values = np.moveaxis(_decode(stored, reading.encoding), 0, -1).copy()       # (theta_i, phi_i, theta_o, phi_o, 3)
     values[0, 0] = values[0].mean(axis=0)
@@ -67,7 +66,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
     directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes)
     values = values[distinct]
-    samples = Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],))
+    samples = Samples(*directions, values, RGB, "", notes=(_NOTES[reading.encoding],))
     return decide_symmetry(samples, reading)
 
 
