@@ -1,27 +1,7 @@
 """Tables of goniometers, text in the style of ASTM E1392: Cornell's, Light Tec's and others.
 
-Measured first by the Cornell Program of Computer Graphics: S. C. Foo: A Gonioreflectometer for Measuring the
-Bidirectional Reflectance of Material for Use in Illumination Computation, Master's thesis, Cornell University, 1997.
-Owner's page: https://www.graphics.cornell.edu/online/measurements/reflectance/
-
-Layout: lines of a keyword and text; a line VARS, which names the columns; and rows of as many numbers, separated by
-commas or white space. The keywords SAMPLE_NAME and NUM_POINTS are used ::
-
-    SAMPLE_NAME Krylon Blue
-    VARS theta_i,phi_i,theta_s,phi_s,R,G,B
-    0.872665,0.000000,0.573513,0.000000,-0.000794,0.005163,0.030536
-
-Columns may be in any order. The outgoing direction is theta_s and phi_s, or _r, _o, _v. Angles are radians; degrees
-where a name says so, theta_i[deg], or where more than half of those that are not zero are beyond 2 pi; or as `Reading`
-says. Values are the BRDF, unless `Reading` says that a cosine is in them, as E1392 calls cosine-corrected. The other
-columns are R,G,B; or wavelengths, 400nm; or one wavelength, or BRDF, which is grey. Light Tec's VARS leaves out phi_s,
-whose column comes after theta_s. Where phi_i takes three values or more, it is found from the values whether the
-material is isotropic (`isotropy`). In Light Tec's files what is beyond 75 degrees is drawn, not measured
-(`unmeasured`).
-
-Limits: at most 1,000 variables. Three wavelengths, one of them red, one green and one blue, as of an instrument with
-three lamps, are taken as R, G and B where they do not span enough for a spectrum. Cornell warns of noise at short
-wavelengths and grazing angles, and of unreliable mirror peaks of smooth surfaces; values in RGB may be negative.
+A line VARS names the columns of the rows below; of the other keywords SAMPLE_NAME and NUM_POINTS are read
+(docs/layouts.md, ASTM).
 """
 
 import re

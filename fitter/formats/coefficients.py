@@ -1,12 +1,7 @@
-"""A table of translucent materials, one a row: what they scatter and absorb, or their albedo and mean free path.
+"""A table of translucent materials, one a row: what they scatter and absorb, or their albedo and mean free path
+(docs/formats.md, Translucent materials). `data/translucent.csv` is one.
 
-Layout: comma-separated, after lines that begin with #; the first row names the columns, of which `name` and those of
-`model.translucent.WORDS` are read. A cell of three numbers, for red, green and blue, has spaces between them ::
-
-    name,scattering,absorption,index,width
-    My marble,2.19 2.62 3.00,0.0021 0.0041 0.0071,1.5,0.1
-
-`data/translucent.csv` is one. What is below the surface is in `Samples.subsurface`.
+Its columns are `name` and those of `model.translucent.WORDS`. What is below the surface is in `Samples.subsurface`.
 """
 
 import csv

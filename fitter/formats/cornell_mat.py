@@ -1,17 +1,5 @@
-"""Cornell's measurements of a house paint, paint.reformat.mat, a MATLAB 5 file.
-
-Measured by the Cornell Program of Computer Graphics; the blue latex paint of E. P. F. Lafortune, S. C. Foo,
-K. E. Torrance, D. P. Greenberg: Non-Linear Approximation of Reflectance Functions, 1997, and of Kameya and Lewis 2002.
-Owner's page: https://www.graphics.cornell.edu/online/measurements/reflectance/
-
-Layout: four arrays, any of which may be transposed ::
-
-    dir_in, dir_out : (n, 3)    directions; z is the normal
-    fr              : (n, bands)    BRDF, 1/sr
-    wavelength      : (bands,)  nm
-
-Limits: real arrays only; spectra become linear sRGB.
-"""
+"""Cornell's measurements of a house paint, paint.reformat.mat: four arrays, any of which may be transposed
+(docs/layouts.md, Cornell's house paint)."""
 
 
 import numpy as np

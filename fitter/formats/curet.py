@@ -1,17 +1,7 @@
 """CURET, the Columbia-Utrecht reflectance database: 61 samples, each measured at the same 205 geometries.
 
-Measured by K. J. Dana, B. van Ginneken, S. K. Nayar, J. J. Koenderink: Reflectance and Texture of Real-World Surfaces,
-ACM TOG 18(1), 1999. Owner's page: https://www.cs.columbia.edu/CAVE/software/curet/
-
-Layout: a line for each sample, its number and 205 values in 1/sr, separated by white space. abrdf.dat has the grey
-values; rbrdf.dat, gbrdf.dat and bbrdf.dat, in one folder, have those of the channels; rover.dat, gover.dat and
-bover.dat beside them have the share of overflowed pixels of each measurement. The directions are those of the
-database's table of geometries, which comes with this project; `Samples.saturated` are those that overflowed ::
-
-    1    0.200   0.110   0.199   0.177 ...
-    2    0.204   0.145   0.144   0.274 ...
-
-Limits: the geometries are fixed, so that all 205 values must be there.
+Layout, authors and what the files beside `abrdf.dat` hold: docs/layouts.md, CURET. The directions come with this
+project; `Samples.saturated` are those that overflowed.
 """
 
 import re

@@ -1,25 +1,5 @@
-"""FRED's table of scattered light, text, as scatterometers write it for Photon Engineering's FRED.
-
-Described in FRED's help (Tabulated BSDF, https://help.photonengr.com); the University of Arizona's scatterometer writes
-each measurement as such a file and as a Zemax file, which tests compare.
-
-Layout: two lines of what the numbers are, then for each direction of the light a line of two numbers, the mirrored ray,
-and lines of three, the direction of the detector and the value ::
-
-    type bsdf_data
-    format angles=deg bsdf=value scale=1
-    10	0
-    0	0	0.024536
-    5	0	0.026030
-    5	180	0.025978
-
-All polar angles are from the normal. The first line of a block is where the light is mirrored *to*: a detector at the
-same azimuth is on the mirror's side, where a table of one's own has the light. Scans in the plane of incidence have
-theta_s with a sign, positive on that side. The BSDF is in 1/sr, without the cosine, times `scale`; ``bsdf=log`` is its
-logarithm to the base of 10. FRED takes the surface as isotropic.
-
-Limits: angles are deg or rad; direction cosines, ``angles=sin``, are refused.
-"""
+"""FRED's table of scattered light, text, as scatterometers write it for Photon Engineering's FRED: for each mirrored
+ray the directions of the detector and the values (docs/layouts.md, FRED)."""
 
 import re
 from array import array

@@ -1,9 +1,7 @@
-"""CIE illuminants: relative spectral power of the light under which spectra become colours.
+"""CIE illuminants (CIE 15:2018): relative spectral power of the light under which spectra become colours.
 
-CIE 15:2018, Colorimetry. D65 is its table. D50 is the daylight of 5003 K by its formulas, from the components of D. B.
-Judd, D. L. MacAdam, G. Wyszecki: Spectral Distribution of Typical Daylight as a Function of Correlated Color
-Temperature, JOSA 54(8), 1964. A is Planck's law at 2848 K for the second radiation constant of 1931, 0.01435 m K. E is
-equal power at all wavelengths.
+D65 is the CIE's table; D50 its daylight of 5003 K, from the components of D. B. Judd, D. L. MacAdam, G. Wyszecki, 1964;
+A is Planck's law at 2848 K for the second radiation constant of 1931, 0.01435 m K; E is equal power everywhere.
 """
 
 from functools import cache

@@ -1,8 +1,6 @@
-"""Reading real arrays from MATLAB 5 files, which MATLAB's `save` writes up to version 7.
+"""Reading real arrays from MATLAB 5 files (docs/layouts.md, Cornell's house paint).
 
-The MathWorks: MAT-File Format, chapter 1. A file has a header of 128 bytes and data elements, each with a tag (type,
-number of bytes) and data padded to 8 bytes. A matrix is an element that contains elements: flags, dimensions, name,
-real part. At most a few times the file's size is inflated and converted, so that a small file cannot fill the memory.
+At most a few times the file's size is inflated and converted, so that a small file cannot fill the memory.
 """
 
 import struct

@@ -1,19 +1,7 @@
-"""NVIDIA's measured materials of the Material Definition Language (.mbsdf), isotropic.
+"""NVIDIA's measured materials of the Material Definition Language (.mbsdf), isotropic: a table of float32 by theta_in,
+theta_out and phi, of which the reflection is read (docs/layouts.md, MBSDF).
 
-Defined by the MDL SDK, `IBsdf_isotropic_data`. Owner's page: https://github.com/NVIDIA/MDL-SDK
-
-Layout: lines of text; a line ``MBSDF_DATA=`` or ``MBSDF_DATA_REFLECTION=``; and then, little-endian, uint32 type (0:
-one value, 1: red, green and blue), uint32 n, uint32 m, and float32 values [theta_in][theta_out][phi][channel], 1/sr ::
-
-    theta_in = i / n pi / 2         theta_out = j / n pi / 2        phi = k / (m - 1) pi
-
-phi is the angle between the azimuths, pi for mirror reflection. A second such block, after MBSDF_DATA_TRANSMISSION=, is
-transmitted light, which is not read.
-
-Limits: the SDK says "uniformly distributed in [0, pi/2) and [0, pi]", and measured files are in keeping with that; its
-own renderers place phi up to one cell off. Where theta_in or theta_out is 0 all phi are one direction: the sample is
-their mean. Values may be negative. Measured files repeat the last value of the instrument toward the horizon
-(`unmeasured`).
+Where theta_in or theta_out is 0 all phi are one direction: the sample is their mean.
 """
 
 import math

@@ -1,22 +1,7 @@
-"""MERL's reflectance database, 100 materials (.binary), tabulated by half and difference angles.
+"""MERL's reflectance database, 100 materials (.binary), tabulated by half and difference angles, of which only theta_h
+is not even, but by its root (docs/layouts.md, MERL).
 
-Measured by W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance Model, ACM TOG 22(3), 2003. Owner's
-page: https://www.merl.com/research/downloads/BRDF. Angles: S. Rusinkiewicz: A New Change of Variables for Efficient
-BRDF Representation, 1998.
-
-Layout, little-endian: three int32, the numbers of cells n_h, n_d, n_p of theta_h, theta_d and phi_d (90, 90, 180), and
-as many numbers for red, for green and for blue; phi_d changes fastest. The BRDF in 1/sr is the number times 1, 1.15 or
-1.66 over 1500. A cell's number holds at its lower edges ::
-
-    theta_h = (i / n_h)^2 pi / 2        half vector and normal
-    theta_d = j / n_d pi / 2            half vector and light
-    phi_d   = k / n_p pi                azimuth of the light about the half vector, 0 away from the normal
-
-Reciprocity gives the other half turn of phi_d. Files of half the size (45, 45, 90), and of float32 or float16 instead
-of float64, have the same layout.
-
-Limits: a cell with a negative number in any channel was not measured, and is left out, as are those whose directions
-are below the horizon. Near theta_d = 90 degrees the authors have extrapolated.
+A cell with a negative number in any channel was not measured, and is left out, as are those below the horizon.
 """
 
 import math

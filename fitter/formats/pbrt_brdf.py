@@ -1,19 +1,5 @@
-"""pbrt-v2's text format for measured BRDFs (.brdf).
-
-Defined by M. Pharr, G. Humphreys: Physically Based Rendering, 2nd edition, 2010; the renderer came with measurements of
-Cornell's. Owner's page: https://github.com/mmp/pbrt-v2
-
-Layout: numbers separated by white space, and comments from # to the end of the line. First the number of wavelengths,
-then the wavelengths in nm, then for each measurement theta_i phi_i theta_s phi_s, radians, and a value for each
-wavelength, 1/sr ::
-
-    # Cornell University, Program of Computer Graphics
-    31
-    400 410 420 ... 700
-    0.872665 0.000000 0.573513 0.000000 0.023025 0.013790 ...
-
-Limits: 3 to 1,000 wavelengths; spectra become linear sRGB.
-"""
+"""pbrt-v2's text format for measured BRDFs (.brdf): numbers, of which the first is that of wavelengths
+(docs/layouts.md, pbrt)."""
 
 import re
 

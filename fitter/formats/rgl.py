@@ -1,32 +1,7 @@
-"""Materials of EPFL's Realistic Graphics Lab (.bsdf), measured by an adaptive gonio-photometer.
+"""Materials of EPFL's Realistic Graphics Lab (.bsdf): arrays in a `tensor_file`, which make a function, `RglTable`.
 
-Measured by J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG
-37(6), 2018. Owner's page: https://rgl.epfl.ch/materials
-
-Layout: arrays in a `tensor_file`; theta_i is irregular, and directions are points of a unit square,
-u = (sqrt(2 theta / pi), (phi + pi) / (2 pi)), with u_y along the rows of a table ::
-
-    phi_i (P), theta_i (T)      azimuths and angles of incidence, radians; P is 1 for an isotropic material
-    ndf, sigma (m, n)           density of the microfacets' normals, and their area seen from a direction
-    vndf (P, T, m, n)           density of the half vectors: the more, the finer the grid is there
-    rgb (P, T, 3, N, N), or spectra (P, T, bands, N, N) and wavelengths (bands) in nm
-    luminance (P, T, N, N), jacobian (1), description; valid says which nodes are above the horizon
-
-The grid is one of half vectors: the place s of a half vector is what `rgl_warp` makes of it by vndf, and ::
-
-    f cos theta_o = rgb(s) ndf(u_h) / (4 sigma(u_i))
-
-(without the last factor where jacobian is 0). So the file is a function, `RglTable`, and the samples are its values at
-the nodes of the grid that are above the horizon, and between them (`between`), where the angles of incidence are up to
-30 degrees apart, and the grid is wide where ndf is not even. All nodes of a column where the half vector is the normal
-are one direction: the sample is their mean.
-
-Of an anisotropic material the azimuths phi_i rise over a turn, a half or a quarter of it; the rest follows from the
-symmetry that this says (`rgl_table`). As many samples are between its nodes as at them.
-
-Limits: values may be negative (out of the gamut of sRGB), and stay so; those at theta_i = 90 degrees are the authors'
-extrapolation, and so are samples between it and the last measured angle. Two azimuths that differ are no anisotropic
-material, to the authors' reader either.
+The samples are its values at the nodes of its grid and between (`direction_sampling`): there the angles of incidence
+are up to 30 degrees apart, and the grid is wide where the density of half vectors is not even (docs/layouts.md, RGL).
 """
 
 from typing import Any

@@ -1,10 +1,7 @@
-"""An RGL file as the function that it defines, `RglTable`, and the directions of its nodes.
+"""An RGL file as the function that it defines, `RglTable`, and the directions of its nodes (docs/layouts.md, RGL).
 
-J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG 37(6), 2018;
-`rgl` describes the file. Of an isotropic material azimuths are relative to phi_i; of an anisotropic one they are not,
-and tables are interpolated between the azimuths phi_i, too. Those that cover half a turn or a quarter are continued by
-the symmetry of the material, as the authors' own renderer does it: it is the same after half a turn; and if a quarter
-was measured, the planes of the first and of the last azimuth are mirrors.
+Of an isotropic material azimuths are relative to phi_i. Of an anisotropic one tables are interpolated between the
+azimuths phi_i too, and those over half a turn or a quarter are continued by the material's symmetry.
 """
 
 from dataclasses import dataclass, field

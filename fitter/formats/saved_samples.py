@@ -1,9 +1,5 @@
-"""Samples that Measured BRDF itself has written, such as those of photographs of a ball: NumPy's .npz.
-
-The entries are `samples`, a JSON text with format, version, name, source, notes, channels and isotropic; `directions`,
-(4, n) as `Samples.directions`; `values`, (n, channels), 1/sr; and `deviation`, (n,), if there is one. Colours are
-linear Rec.709. All numbers are in single precision.
-"""
+"""Samples that Measured BRDF itself has written, such as those of photographs of a ball: NumPy's .npz, in single
+precision (docs/layouts.md, Saved samples)."""
 
 import json
 from pathlib import Path

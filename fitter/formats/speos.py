@@ -1,43 +1,8 @@
-"""Ansys Speos' anisotropic BSDF, text (.anisotropicbsdf).
+"""Ansys Speos' anisotropic BSDF, text (.anisotropicbsdf): a line for each fact, then a table for each rotation of the
+sample and each angle of incidence (docs/layouts.md, Speos).
 
-Described in Ansys' help (Structure of Anisotropic BSDF Files). Ansys' own converter made the file at hand from one of
-Zemax's, which tests compare.
-
-Layout: a line for each fact, then a table for each rotation of the sample and each angle of incidence ::
-
-    OPTIS - Anisotropic BSDF surface file v8.0
-    0                           0: text
-    Comment
-    23                          characters of the description, which may have several lines
-    Measurement description
-    0	1	0                   anisotropy vector
-    1	0                       whether there is reflection, and transmission
-    1                           1: values are proportional to the BSDF, 0: to the intensity
-    1                           rotations of the sample, and which, degrees
-    0.0
-    2                           for each rotation: angles of incidence, and which
-    15.0	20.0
-    15.0	0                   theta_i and rotation at which the spectrum was measured
-    a comment
-    2                           bands, and for each nm and percent
-    350	13.4506
-    850	13.4506
-    2 3                         for each table: polar angles, azimuths; the azimuths; rows of polar angle and values
-        0.0	180.0	360.0
-    0.0	0.179	0.179	0.179
-    30.0	0.190	0.180	0.190
-    End of file
-
-Where there is transmission as well, its rotations, angles and spectrum follow those of the reflection, and its tables
-those of the reflection: they are not read. Polar angles are from the normal; azimuth 0 is on the mirror's side. Values
-have no unit: one factor for all makes what is reflected at the incidence of the spectrum, the integral of f
-cos(theta_o), the percentage of each band. Where that incidence was not measured, the two beside it are weighted.
-
-Values of 0 are not measurements, as in Zemax's files; those at polar angle 0 are one direction, their mean. The
-rotation turns the sample as in Zemax's (`zemax`), whose converted files have the same numbers. Whether a material of
-three rotations or more is anisotropic is found from the values.
-
-Limits: text of version 7 or later. Binary ones and Speos' .brdf and .scattering are refused.
+Values have no unit: one factor for all makes what is reflected at the incidence of the spectrum the percentage of each
+band. Values of 0 are not measurements; those at polar angle 0 are one direction, their mean.
 """
 
 import re

@@ -1,46 +1,9 @@
-"""A table of one's own: text with a line of column names, as spreadsheets and instruments export it.
+"""A table of one's own: text with a line of column names, as spreadsheets and instruments export it (docs/formats.md, A
+table of your own, with all that it may say).
 
-Layout: one line of names, then rows of as many cells (`table_layout`). The separator is the first of tab, semicolon,
-comma, ``|``, colon and blanks that the line of names has, or what a line ``sep=;`` before it says, as Excel has it.
-Title lines may stand before the names, and a line of units after them. Lines that begin with # are comments; some of
-them, and some titles, say what the names do not ::
-
-    # name: Gold foil
-    # angles: degrees
-    # values: BRDF * cos_o
-    theta_i, phi_i, theta_o, phi_o, R, G, B
-    30, 0, 30, 180, 0.21, 0.18, 0.11
-    30, 0, 45, 180, 0.09, , 0.05
-
-Columns may be in any order, and have the names that people give them (`names`):
-
-theta_i, phi_i, theta_o, phi_o
-    The polar angle from the normal and the azimuth; toward the light and toward the detector. Also theta_in, theta_r,
-    zenith_out, AOI, Scatter Angle, sza and the like. Instead of two azimuths there may be one between the directions,
-    phi or raa: 180 degrees to the mirror direction. Without any azimuth it is a scan in the plane of incidence, whose
-    polar angles may have signs (`plane`). An angle that is the same in all rows may stand in a line before, ``AOI:
-    30``. The unit stands in the name, theta_i[deg] or theta_i (°), in the line of units, behind the numbers, 30°, or in
-    a comment ``angles: degrees``; where none does, and no angle is too large for radians, reading asks:
-    `Reading.angles`.
-R, G, B; or wavelengths, 550nm or 0.55um; or one value, BRDF
-    1/sr. A reflectance factor is divided by pi, and percent by 100. ``R*cos_i``, or a comment ``values: BRDF * cos_o``,
-    says that the cosine is in them, and which; or `Reading.quantity` does.
-wavelength
-    Where each wavelength has a row of its own.
-standard
-    What the detector read of a reflectance standard. Values are then divided by it, and by pi; a comment
-    ``standard: 0.98`` has the standard's reflectance, which is 1 by default.
-
-Columns of text whose names mean nothing are not read. A table may lie on its side (`table_on_its_side`).
-`Reading.columns` names columns whose names mean nothing, or that have none.
-
-Where phi_i takes three values or more, it is found from the values whether the material is isotropic (`isotropy`).
-phi = 0 is the surface's tangent, and azimuths rise toward the bitangent. A comment ``symmetry: 180 degrees`` says
-that the material is the same after half a turn, so that a half was measured; ``symmetry: mirror`` that the plane of
-normal and tangent is a mirror; ``symmetry: 180 degrees and mirror`` both: a quarter was measured.
-
-Where a cell is empty, or NaN, NA or an error of Excel, the row is left out. Measurements of one pair of directions are
-averaged (`repeats`). A column proves its own decimal sign (`table_cells`). Limits: 8 MB, 1,000 columns.
+`table_layout` finds the line of names, `names` and `table_columns` what the columns mean, `table_cells` the numbers.
+What the table does not say, and its numbers do not tell, reading asks for: `Reading.angles`, `Reading.quantity`,
+`Reading.columns`. Limits: 8 MB, 1,000 columns.
 """
 
 import re

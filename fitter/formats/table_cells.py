@@ -1,12 +1,9 @@
 """The numbers of a table, whatever sign its decimals have.
 
-**A column proves its own decimal sign.** What follows the last sign of a number, where it has two kinds, is its
-decimals; a sign that comes twice groups thousands; so does one after which there are never other than three digits,
-where the other sign is proven. 987.5 beside 1,234 is a thousand and more; 0,5 and 1,234 are decimals, since no
-thousands begin with 0. A column that proves nothing is written as the other columns are; where none proves anything, a
-comma is a decimal sign, and the notes say so. A column that proves both is refused.
-
-No-break spaces and apostrophes group digits, too. The signs of degrees and of percent may follow a number.
+**A column proves its own decimal sign.** What follows the last sign of a number that has two kinds is its decimals; a
+sign that comes twice groups thousands; so does one with never other than three digits after it, where the other sign is
+proven; no thousands begin with 0. A column that proves nothing is written as the others are; where none proves
+anything, a comma is a decimal sign, and the notes say so. No-break spaces and apostrophes group digits, too.
 """
 
 import re

@@ -1,9 +1,4 @@
-"""Reading the container of RGL's files: named arrays of numbers.
-
-Layout, little-endian: ``tensor_file`` and a zero byte; the version, 1 and 0, a byte each; uint32, the number of arrays;
-for each array uint16 and as many bytes, its name; uint16, its number of dimensions; uint8, the type of its numbers;
-uint64, where they begin in the file; uint64 for each dimension. Owner's page: https://rgl.epfl.ch/materials
-"""
+"""Reading the container of RGL's files: named arrays of numbers (docs/layouts.md, RGL)."""
 
 import math
 import struct

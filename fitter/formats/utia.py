@@ -1,24 +1,5 @@
-"""UTIA's database of anisotropic reflectance (.bin).
-
-Measured by J. Filip, R. Vavra: Template-Based Sampling of Anisotropic BRDFs, Computer Graphics Forum 33(7), 2014.
-Owner's page: http://btf.utia.cas.cz
-
-Layout: nothing but float64, little-endian: planes of red, green and blue; in each a row for each incident and a column
-for each outgoing direction, 288 of either: theta 0 to 75 degrees in steps of 15, and for each phi 0 to 352.5 degrees in
-steps of 7.5, which change faster. The size and plausible numbers are the only marks.
-
-What the numbers are is not written down, and readers differ; the option `Reading.encoding` chooses:
-
-raw
-    The BRDF, linear (the default).
-srgb
-    Encoded as sRGB, and decoded here.
-srgb140
-    Encoded as sRGB times 140, less than 0 cut; decoded, times 100.
-
-Limits: where a direction is the normal, it has no azimuth: the sample is the mean of the 48. Colours are linear sRGB.
-Whether a material is isotropic is found from its values.
-"""
+"""UTIA's database of anisotropic reflectance (.bin): float64, whose encoding is not written down (docs/layouts.md,
+UTIA). Where a direction is the normal, the sample is the mean of the 48 azimuths."""
 
 
 import numpy as np

@@ -1,50 +1,7 @@
-"""Zemax's table of scattered light (.bsdf), as Radiant's Imaging Sphere and other scatterometers write it.
+"""Zemax's table of scattered light (.bsdf), about the direction of specular reflection, as Radiant's Imaging Sphere and
+other scatterometers write it: reflection only (docs/layouts.md, Zemax, with the sign of the sample's rotation).
 
-Defined by R. Rykowski: BSDF Data Interchange File Format Specification, Radiant Imaging, 2008; now
-https://support.zemax.com, "Zemax Tabular BSDF data file format".
-
-Layout: text with comments from # to the end of the line; four lines of a keyword and a word; four of a keyword and a
-number, each with a line of as many angles in degrees; and the tables, one for SpectralContent Monochrome, three for
-XYZ. A table has for each angle of incidence a line TIS and for each azimuth a line of a value for each radial angle,
-1/sr ::
-
-    Source	Measured
-    Symmetry	PlaneSymmetrical
-    SpectralContent	Monochrome
-    ScatterType	BRDF
-    SampleRotation	1
-    0
-    AngleOfIncidence	2
-    10	30
-    ScatterAzimuth	3
-    0	90	180
-    ScatterRadial	2
-    0	40
-
-    Monochrome
-    DataBegin
-    TIS	0.0386
-    3.48	0.0213
-    ...
-    DataEnd
-
-Azimuth and radial angle are about the direction of specular reflection: radial is the angle from it, and azimuth 0 goes
-towards the normal; azimuths rise counter-clockwise, seen against that direction. A file of several sample rotations, of
-an anisotropic material, has the angles of incidence for each of them. Symmetry PlaneSymmetrical, and PlaneSymmetrical4D
-of several rotations, say that azimuths from 0 to 180 degrees stand for those from 180 to 360; Asymmetrical and
-Asymmetrical4D do not.
-
-A sample that is rotated by r, counter-clockwise seen from above, sees the light at the azimuth phi_i = -r: the tangent
-points to where the light is at rotation 0. The specification draws r as an angle between the surface's X axis and the
-normal of the plane of incidence, without its sign. This one is that of the University of Arizona's instrument, the
-origin of the one real file at hand; reciprocity speaks for it there, if not loudly (the scatter of logarithms of
-reciprocal pairs is .79, with the other sign .83).
-
-Limits: reflection only. A value of 0 stands for a direction that was not measured, most often one below the horizon,
-and is left out. All lines at radial 0 are one direction: the sample is their mean. XYZ are taken to be relative to D65.
-TIS, the share of light that is scattered, scales nothing here; a note has it beside the integral of the values where
-they differ by more than a tenth.
-Whether a material of three rotations or more is anisotropic is found from the values; of fewer, it cannot be.
+A value of 0 stands for a direction that was not measured. All lines at radial 0 are one direction, their mean.
 """
 
 import re
