@@ -224,16 +224,20 @@ def is_recognised(path: str | Path, columns: str | None = None) -> bool:
 
 def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
     """Whether `load` reads this file as a part of another one of `files`."""
-    return any(known.read_with is not None and known.read_with(path) in files for known in FORMATS)
+    first = _list_parts(path)[0]
+    return first != path and first in files
 
 
 def list_files(path: str | Path) -> list[Path]:
     """A file of measurements, and those that `load` reads with it."""
     path = Path(path)
-    known = next((known for known in FORMATS if known.list_parts and path.suffix.lower() in known.extensions), None)
-    others = [] if known is None or known.list_parts is None else [
-        each for each in known.list_parts(path) if each != path]
-    return [path, *others]
+    return [path, *(each for each in _list_parts(path) if each != path)]
+
+
+def _list_parts(path: Path) -> list[Path]:
+    """`Format.list_parts` of a file, by its extension."""
+    return next((known.list_parts(path) for known in FORMATS
+                 if known.list_parts is not None and path.suffix.lower() in known.extensions), [path])
 
 
 def time_and_size(path: str | Path) -> tuple[int, int] | None:

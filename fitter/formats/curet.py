@@ -43,10 +43,7 @@ def list_samples(content: bytes) -> list[tuple[int, str]]:
 
 
 def read(content: bytes, sample: int, path: Path) -> Samples:
-    """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
-
-    Raises DatasetError if a file is malformed.
-    """
+    """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist."""
     members = _color_files(path) or [path]
     columns = []
     for member in members:
@@ -61,21 +58,13 @@ def read(content: bytes, sample: int, path: Path) -> Samples:
 
 
 def list_parts(path: Path) -> list[Path]:
-    """The files that are read with one, itself included."""
+    """The files that are read with one, itself included: first that of red values, or of all."""
     return [*(_color_files(path) or [path]), *_overflow_files(path)]
 
 
 def _overflow_files(path: Path) -> list[Path]:
     """Those beside a file that say of each channel which measurements overflowed the camera."""
     return [path.with_name(f"{letter.lower()}over.dat") for letter in RGB]
-
-
-def read_with(path: Path) -> Path | None:
-    """The file of red values, if `path` is that of green or blue in the same folder: they are read together."""
-    if path.name.lower() not in {"gbrdf.dat", "bbrdf.dat"}:
-        return None
-    names = (red + path.name[1:] for red in "rR")
-    return next((path.with_name(name) for name in names if path.with_name(name).is_file()), None)
 
 
 @cache
@@ -116,4 +105,4 @@ def _color_files(path: Path) -> list[Path] | None:
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,
-                read_with=read_with, list_parts=list_parts)
+                list_parts=list_parts)

@@ -27,7 +27,6 @@ class Format:
     largest: int = LARGEST_TEXT     # bytes; larger files are refused
     # of files with several samples, by content: the (number, name) of each
     list_samples: Callable[[bytes], list[tuple[int, str]]] | None = None
-    # the file that one is read with as a part, or None
-    read_with: Callable[[Path], Path | None] | None = None
-    # those that are read with one that has one of the `extensions`, itself included, whether or not they are there
+    # the files that are read with one that has one of the `extensions`, itself included, whether or not they are there:
+    # first the one that stands for them
     list_parts: Callable[[Path], list[Path]] | None = None

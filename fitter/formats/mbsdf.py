@@ -24,10 +24,7 @@ _LARGEST = 32 << 20
 
 
 def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read the reflection of an .mbsdf file.
-
-    Raises DatasetError if the file is damaged, or holds transmitted light only.
-    """
+    """Read the reflection of an .mbsdf file."""
     starts = [content.find(block) + len(block) for block in _BLOCKS if block in content]
     if not starts:
         what = "transmitted light only" if _TRANSMISSION in content else "no line MBSDF_DATA= or MBSDF_DATA_REFLECTION="

@@ -1,9 +1,11 @@
-"""Materials of EPFL's Realistic Graphics Lab (.bsdf): arrays in a `tensor_file`, which make a function, `RglTable`.
+"""Materials of EPFL's Realistic Graphics Lab (.bsdf): named arrays, which make a function, `RglTable`.
 
 The samples are its values at the nodes of its grid and between (`direction_sampling`): there the angles of incidence
 are up to 30 degrees apart, and the grid is wide where the density of half vectors is not even (docs/layouts.md, RGL).
 """
 
+import math
+import struct
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ from ..arrays import FloatArray, concatenate_directions
 from ..coordinates import direction_sampling
 from ..errors import DatasetError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, HORIZON, LARGEST_VALUE, RGB, Samples, apply_symmetry
-from . import rgl_warp, tensor_file
+from . import rgl_warp
 from .format import Format
 from .isotropy import rotations_note
 from .reading import BY_DEFAULT, Reading
@@ -22,6 +24,10 @@ from .spectra import to_linear_srgb
 from .text import decode
 
 LARGEST = 160 << 20         # bytes; a spectral file has up to 15 million, of an anisotropic material 17 times as many
+_TENSOR_MAGIC = b"tensor_file\0"
+_TENSOR_VERSION = b"\1\0"
+_TYPES = dict(enumerate(("<u1", "<i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8"), 1))
+_MOST_DIMENSIONS = 8
 _NEEDED_FIELDS = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
 _MOST_INCIDENCES = 10_000   # directions of incidence of an anisotropic material; real files have 136
 _MOST_BETWEEN = 4           # samples between, for each node; published files have 3
@@ -31,10 +37,7 @@ _SYMMETRIES = {1: "none", 2: HALF_TURN, 4: HALF_TURN_AND_MIRROR}    # by how oft
 
 
 def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a .bsdf file: its values at the nodes of its grid and between; spectra become linear sRGB.
-
-    Raises DatasetError if the file is damaged, or lacks an array.
-    """
+    """Read a .bsdf file: its values at the nodes of its grid and between; spectra become linear sRGB."""
     table = read_table(content, reading)
     nodes = table.nodes()
     count = len(nodes[0])
@@ -55,7 +58,7 @@ def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
 
 def read_table(content: bytes, reading: Reading = BY_DEFAULT) -> RglTable:
     """Read a .bsdf file as the function that it defines; raises `DatasetError` as `read` does."""
-    fields = tensor_file.read(content)
+    fields = read_arrays(content)
     colour = "spectra" if "spectra" in fields else "rgb"
     needed = (*_NEEDED_FIELDS, colour, *(["wavelengths"] if colour == "spectra" else []))
     missing = [name for name in needed if name not in fields]
@@ -154,5 +157,44 @@ def _weights(wavelengths: NDArray[Any], bands: int, illuminant: str) -> FloatArr
     return to_linear_srgb(_finite(wavelengths, "wavelengths"), np.eye(bands), illuminant=illuminant).T
 
 
-FORMAT = Format("RGL", "RGL .bsdf", (".bsdf",), lambda content: content.startswith(tensor_file.TENSOR_MAGIC), read,
+def read_arrays(content: bytes) -> dict[str, NDArray[Any]]:
+    """The arrays of the container, by name: read-only, of the file's types. They look into the content: no copies."""
+    start = len(_TENSOR_MAGIC) + len(_TENSOR_VERSION)
+    if content[:start] != _TENSOR_MAGIC + _TENSOR_VERSION:
+        raise DatasetError(f"tensor file of version {tuple(content[len(_TENSOR_MAGIC):start])}, expected (1, 0)")
+    arrays: dict[str, NDArray[Any]] = {}
+    try:
+        count, = struct.unpack_from("<I", content, start)
+        at = start + 4
+        for _ in range(count):
+            size, = struct.unpack_from("<H", content, at)
+            at += 2 + size
+            name = decode(content[at - size:at])
+            dimensions, kind, offset = struct.unpack_from("<HBQ", content, at)
+            if dimensions > _MOST_DIMENSIONS:
+                raise ValueError(f"{name!r:.40} has {dimensions} dimensions, expected at most {_MOST_DIMENSIONS}")
+            shape = struct.unpack_from(f"<{dimensions}Q", content, at + 11)
+            at += 11 + 8 * dimensions
+            if name in arrays:
+                raise ValueError(f"two arrays are named {name!r:.40}")
+            arrays[name] = _array(content, name, kind, offset, shape)
+    except struct.error as error:
+        message = f"a damaged tensor file: {len(content):,} bytes end within the table of its arrays"
+        raise DatasetError(message) from error
+    except ValueError as error:
+        raise DatasetError(f"a damaged tensor file: {error}") from error
+    return arrays
+
+
+def _array(content: bytes, name: str, kind: int, offset: int, shape: tuple[int, ...]) -> NDArray[Any]:
+    if kind not in _TYPES:
+        raise ValueError(f"{name!r:.40} is of the type {kind}, expected 1 to {len(_TYPES)}")
+    size = math.prod(shape)
+    end = offset + size * np.dtype(_TYPES[kind]).itemsize
+    if end > len(content):
+        raise ValueError(f"{name!r:.40} should end at byte {end:,}, and the file has {len(content):,}")
+    return np.frombuffer(content, _TYPES[kind], size, offset).reshape(shape)
+
+
+FORMAT = Format("RGL", "RGL .bsdf", (".bsdf",), lambda content: content.startswith(_TENSOR_MAGIC), read,
                 ("illuminant",), is_text=False, largest=LARGEST)

@@ -104,15 +104,8 @@ class RglTable:
         return factor
 
     def nodes(self) -> _Points:
-        """The measured directions above the horizon, and the BRDF there.
-
-        Returns
-        -------
-        theta_i, phi_i, theta_o, phi_o : (n,) float64
-            Radians. Of an isotropic material phi_i is 0; of an anisotropic one it is a tabulated azimuth, but for the
-            last where that is the first again.
-        values : (n, 3) float64
-            1/sr.
+        """The measured directions above the horizon, and the BRDF there. Of an isotropic material phi_i is 0; of an
+        anisotropic one it is a tabulated azimuth, but for the last where that is the first again.
         """
         theta_i, azimuths, size = np.minimum(self.theta_i, HORIZON), self.phi_i, self.values.shape[1]
         covered = self.reduction * (azimuths[-1] - azimuths[0])

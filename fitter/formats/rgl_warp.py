@@ -22,14 +22,7 @@ class Warp:
 
 
 def warp(density: FloatArray) -> Warp:
-    """Normalise densities (slices, ny, nx) and integrate them; every slice must have a positive sum.
-
-    Examples
-    --------
-    >>> uniform = warp(np.ones((2, 3, 3)))
-    >>> to_grid(uniform, [(np.array([0]), 0.5), (np.array([1]), 0.5)], np.array([0.3]), np.array([0.8]))
-    (array([0.3]), array([0.8]))
-    """
+    """Normalise densities (slices, ny, nx) and integrate them; every slice must have a positive sum."""
     along = _integral(density)
     marginal = _integral(along[..., -1])
     total = marginal[:, -1]

@@ -78,10 +78,7 @@ class _Lines:
 
 
 def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a Speos file; its spectrum becomes linear sRGB, or grey where it is flat.
-
-    Raises DatasetError if the file is malformed, of transmitted light alone, or of a kind that is not read.
-    """
+    """Read a Speos file; its spectrum becomes linear sRGB, or grey where it is flat."""
     lines = _Lines(content)
     is_intensity, has_transmission, angles = _head(lines)
     at, bands, shares = _spectrum(lines)

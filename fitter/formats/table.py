@@ -56,11 +56,9 @@ def unknown_columns(content: bytes) -> ColumnsUnknownError | None:
 
 
 def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says; `notes` of the
-    samples say what was made of it.
+    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says.
 
-    Raises DatasetError if the table is malformed; ColumnsUnknownError if its columns are not understood;
-    UnitsUnknownError if it says too little, and `reading` does not say it.
+    Raises ColumnsUnknownError if its columns are not understood, UnitsUnknownError if it says too little.
     """
     if reading.columns is None and (found := table_on_its_side.transpose_table(content)) is not None:
         return _on_its_side(*found, reading)

@@ -38,11 +38,7 @@ class Cells(NamedTuple):
 
 
 def read(content: bytes, layout: Layout, used: Sequence[int]) -> Cells:
-    """Read the rows of a table, `used` of its columns.
-
-    Raises DatasetError if a cell is no number, if a row has more cells than there are names, or if the decimal signs
-    of a column contradict each other.
-    """
+    """Read the rows of a table, `used` of its columns."""
     count, separator, rest = len(layout.names), layout.separator, content[layout.start:]
     signs, notes = _decimal_signs(content, layout, used)
     is_plain = rest.isascii() and not any(each in rest for each in (b'"', b"'", b"%")) and len({*signs.values()}) == 1

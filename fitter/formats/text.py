@@ -54,13 +54,7 @@ def is_plain(content: bytes) -> bool:
 
 
 def plain_text(content: bytes) -> bytes:
-    r"""Text in UTF-8, or as it is, without a byte-order mark; `DatasetError` if the content is binary.
-
-    Examples
-    --------
-    >>> plain_text("30°".encode("utf-16")).decode()
-    '30°'
-    """
+    """Text in UTF-8, or as it is, without a byte-order mark; `DatasetError` if the content is binary."""
     if (encoding := _utf_16(content)) is not None:
         try:
             content = content.decode(encoding).encode()
@@ -94,13 +88,7 @@ def decode(text: bytes) -> str:
 
 
 def lines(content: bytes, start: int = 0, end: int = sys.maxsize) -> Iterator[re.Match[bytes]]:
-    r"""Matches of the lines that are not blank, without leading white space. Lines end with CR, LF or both.
-
-    Examples
-    --------
-    >>> [line[0] for line in lines(b"one\r\n\n  two\rthree")]
-    [b'one', b'two', b'three']
-    """
+    """Matches of the lines that are not blank, without leading white space. Lines end with CR, LF or both."""
     return _LINE_PATTERN.finditer(content, start, end)
 
 
@@ -118,18 +106,8 @@ def line_error(match: re.Match[bytes], message: str) -> DatasetError:
 
 def parse_rows(content: bytes, start: int, count: int, what: str, separator: bytes | None = b",",
                end: int = sys.maxsize) -> FloatArray:
-    r"""Parse lines of `count` numbers that are separated by commas, or by another character, or None: by white space.
-
-    They stand from the position `start` to `end`; errors say `what` they are.
-
-    Returns
-    -------
-    (rows, count) float64
-
-    Examples
-    --------
-    >>> parse_rows(b"VARS a,b\n1,2\n\n3,4\n", 8, 2, "a and b").tolist()
-    [[1.0, 2.0], [3.0, 4.0]]
+    """Parse the lines of `count` numbers from the position `start` to `end`, which a character separates, or None:
+    white space: (rows, count) float64. Errors say `what` they are.
     """
     values = array("d")
     for line in lines(content, start, end):
@@ -147,14 +125,8 @@ def parse_row(line: re.Match[bytes], separator: bytes | None, count: int, what: 
 
 
 def parse_numbers(content: bytes) -> tuple[FloatArray, Callable[[int], int]]:
-    r"""Parse all numbers of a text with comments, which are separated by white space: (n,), and a function from the
+    """Parse all numbers of a text with comments, which are separated by white space: (n,), and a function from the
     index of a number to its line.
-
-    Examples
-    --------
-    >>> numbers, line = parse_numbers(b"# a comment\n1 2 # another\n3")
-    >>> numbers.tolist(), line(2)
-    ([1.0, 2.0, 3.0], 3)
     """
     text = _COMMENT.sub(b"", content)        # the lines stay
     values = array("d")

@@ -42,7 +42,7 @@ _ZEMAX_HORIZON = 1e-9       # cosine below which a direction is on the horizon, 
 def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a Zemax file; XYZ becomes linear sRGB. Raises DatasetError if it is malformed, or of transmitted light."""
     words, angles = _header(content)
-    tables, totals = _tables(content, angles)
+    tables, totals = zip(*(_table(begin, angles) for begin in islice(_BEGIN.finditer(content), 4)), strict=True)
     expected = 3 if words["SpectralContent"] == "XYZ" else 1
     if len(tables) != expected:
         raise DatasetError(f"{len(tables)} tables found, expected {expected} for the SpectralContent "
@@ -172,23 +172,14 @@ def _check_words(words: dict[str, str]) -> None:
         raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ")
 
 
-def _tables(content: bytes, angles: _Angles) -> tuple[list[FloatArray], list[FloatArray]]:
-    """The values of each channel, (rotation x incidence, azimuth, radial) each, and their TIS, (rotation x incidence).
-    """
-    tables, totals = [], []
-    for begin in islice(_BEGIN.finditer(content), 4):
-        end = _DATA_END.search(content, begin.end())
-        if end is None:
-            raise line_error(begin, "no line DataEnd after DataBegin")
-        values, said = _table(begin, end.start(), angles)
-        tables.append(values)
-        totals.append(said)
-    return tables, totals
-
-
-def _table(begin: re.Match[bytes], end: int, angles: _Angles) -> tuple[FloatArray, FloatArray]:
-    """The values between DataBegin and DataEnd, and their TIS."""
+def _table(begin: re.Match[bytes], angles: _Angles) -> tuple[FloatArray, FloatArray]:
+    """The values between DataBegin and DataEnd, (rotation x incidence, azimuth, radial), and their TIS, (rotation x
+    incidence)."""
     content, start = begin.string, begin.end()
+    data_end = _DATA_END.search(content, start)
+    if data_end is None:
+        raise line_error(begin, "no line DataEnd after DataBegin")
+    end = data_end.start()
     incidences, azimuths, radials = (angles[name] for name in _TABLE_KEYS)
     most = len(angles["SampleRotation"]) * len(incidences)
     totals = [*islice(_TIS.finditer(content, start, end), most + 1)]

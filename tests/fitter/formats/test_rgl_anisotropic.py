@@ -130,7 +130,7 @@ def test_only_the_nodes_whose_half_vectors_mirror_above_the_horizon_are_samples(
 
 @real
 def test_half_a_turn_stands_for_a_whole_one(written, golden):
-    path = written(part(rgl.tensor_file.read(FILE.read_bytes()), 9))
+    path = written(part(rgl.read_arrays(FILE.read_bytes()), 9))
     table, whole = read(path), read(FILE)
     theta_i, phi_i, theta_o, phi_o = golden[0]
     turned = np.where(phi_i > 0, np.pi, 0)
