@@ -9,7 +9,7 @@ import struct
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, map_directions
+from ..arrays import concatenate_directions
 from ..coordinates.rusinkiewicz import half_to_directions
 from ..errors import DatasetError
 from ..samples import HORIZON, RGB, Samples, freeze_new_arrays
@@ -43,20 +43,20 @@ def read(content: bytes) -> Samples:
     planes = np.frombuffer(content, _MERL_TYPES[size], offset=_HEADER_BYTES).reshape(3, *cells)
     if not all(np.isfinite(part).all() for part in np.moveaxis(planes, 1, 0)):
         raise DatasetError("holds numbers that are not finite")
-    measured = [(planes[:, i] >= 0).all(axis=0) & _cells_above_horizon(i, cells) for i in range(cells[0])]
-    count = sum(map(np.count_nonzero, measured))
-    if not count:
+    parts, values = [], []
+    theta_d, phi_d = np.arange(cells[1])[:, None] / cells[1] * HORIZON, np.arange(cells[2]) / cells[2] * np.pi
+    up, aside, cos_d = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d) + 0 * phi_d
+    for i in range(cells[0]):       # one theta_h at a time, to save memory; phi_h is 0
+        theta_h = (i / cells[0]) ** 2 * HORIZON
+        used = (planes[:, i] >= 0).all(axis=0) & (
+            cos_d * np.cos(theta_h) > _MERL_HORIZON + np.abs(up * np.sin(theta_h)))       # both above the horizon
+        parts.append(half_to_directions(theta_h, up[used], aside[used], cos_d[used]))
+        values.append(planes[:, i][:, used].T * SCALE)
+    if not sum(map(len, values)):
         raise DatasetError("no cell was measured: all are negative or below the horizon")
-    directions, values = map_directions(np.empty, [count] * 4), np.empty((count, 3))
-    start = 0
-    for i, above in enumerate(measured):        # one theta_h at a time, to save memory
-        part = slice(start, start + int(np.count_nonzero(above)))
-        for angle, of_cells in zip(directions, _directions(i, above), strict=True):
-            angle[part] = of_cells
-        values[part] = planes[:, i][:, above].T * SCALE
-        start = part.stop
-    freeze_new_arrays(*directions, values)
-    return Samples(*directions, values, RGB, "", notes=(_NOTE,))
+    directions, whole = concatenate_directions(parts), np.concatenate(values)
+    freeze_new_arrays(*directions, whole)
+    return Samples(*directions, whole, RGB, "", notes=(_NOTE,))
 
 
 def other_layout(content: bytes) -> str | None:
@@ -77,26 +77,6 @@ def _cells(content: bytes, order: str) -> tuple[int, ...]:
 
 def _is_merl(cells: tuple[int, ...]) -> bool:
     return len(cells) == 3 and 2 <= cells[0] <= MERL_CELLS[0] and cells[1] == cells[0] and cells[2] == 2 * cells[0]
-
-
-def _cells_above_horizon(i: int, cells: tuple[int, ...]) -> BoolArray:
-    """Whether both directions of each cell of a theta_h are above the horizon: (n_d, n_p)."""
-    theta_h, theta_d, phi_d = _edges(i, cells)
-    return np.cos(theta_d) * np.cos(theta_h) > _MERL_HORIZON + np.abs(np.sin(theta_d) * np.cos(phi_d) * np.sin(theta_h))
-
-
-def _directions(i: int, which: BoolArray) -> Directions:
-    """Those of some cells of a theta_h, radians. phi_h is 0."""
-    theta_h, theta_d, phi_d = _edges(i, (len(which), *which.shape))
-    theta_d, phi_d = (np.broadcast_to(angle, which.shape)[which] for angle in (theta_d, phi_d))
-    return half_to_directions(theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d),
-                              np.cos(theta_d))
-
-
-def _edges(i: int, cells: tuple[int, ...]) -> tuple[float, FloatArray, FloatArray]:
-    """theta_h, theta_d (n_d, 1) and phi_d (n_p,) of the cells of a theta_h."""
-    return ((i / cells[0]) ** 2 * HORIZON, np.arange(cells[1])[:, None] / cells[1] * HORIZON,
-            np.arange(cells[2]) / cells[2] * np.pi)
 
 
 FORMAT = Format("MERL", "MERL .binary", (".binary",), recognises, read, is_text=False, largest=_LARGEST)
