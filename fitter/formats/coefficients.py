@@ -13,7 +13,7 @@ from .format import Format
 
 _PAIRS = {b"scattering", b"absorption"}, {b"albedo", b"path"}
 _LINES_LOOKED_AT = 200      # among which the first row is looked for
-_Row = tuple[int, dict[str, str]]       # its line, and cells by column
+_Row = tuple[int, str, dict[str, str]]      # its line, its name, and cells by column
 
 
 def recognises(content: bytes) -> bool:
@@ -24,14 +24,14 @@ def recognises(content: bytes) -> bool:
 
 def list_samples(content: bytes) -> list[tuple[int, str]]:
     """The number and the name of each row."""
-    return [(number, _name(row)) for number, row in enumerate(_rows(content), 1)]
+    return [(number, name) for number, (_, name, _) in enumerate(_rows(content), 1)]
 
 
 def read(content: bytes, sample: int) -> Samples:
     """Read one row. Raises DatasetError if it describes no material."""
-    line, cells = row = _rows(content)[sample - 1]
+    line, name, cells = _rows(content)[sample - 1]
     try:
-        return sample_words(cells, _name(row), "")
+        return sample_words(cells, name, "")
     except ValueError as error:
         raise DatasetError(str(error), line=line) from error
 
@@ -44,11 +44,7 @@ def _rows(content: bytes) -> list[_Row]:
             for (number, _), row in zip(lines[1:], cells, strict=False)]
     if not rows:
         raise DatasetError("no rows below the names of columns")
-    return rows
-
-
-def _name(row: _Row) -> str:
-    return row[1].get("name", "").strip() or f"Line {row[0]}"
+    return [(number, row.get("name", "").strip() or f"Line {number}", row) for number, row in rows]
 
 
 FORMAT = Format("Translucent", "translucent materials .csv", (".csv",), recognises, read, list_samples=list_samples)

@@ -61,7 +61,8 @@ def reflectance(names: Sequence[str], values: FloatArray, line: int,
     upper = [name.upper() for name in names]
     if sorted(upper) == sorted(RGB):
         return RGB, values[:, [upper.index(channel) for channel in RGB]], ()
-    bands = wavelengths(names)
+    matches = [match for name in names if (match := _WAVELENGTH_CELL.fullmatch(name))]
+    bands = np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None
     if len(names) == 1 and (bands is not None or names[0].lower() in GREY_NAMES):
         return ("grey",), values, ()
     if bands is None:
@@ -72,9 +73,3 @@ def reflectance(names: Sequence[str], values: FloatArray, line: int,
     if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
         return RGB, values[:, np.concatenate(lamps)], ()
     return RGB, to_linear_srgb(bands, values, line, reading.illuminant), reading.notes
-
-
-def wavelengths(names: Sequence[str]) -> FloatArray | None:
-    """Wavelengths in nm, or None if the names are anything else."""
-    matches = [match for name in names if (match := _WAVELENGTH_CELL.fullmatch(name))]
-    return np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None

@@ -44,13 +44,14 @@ def list_samples(content: bytes) -> list[tuple[int, str]]:
 
 def read(content: bytes, sample: int, path: Path) -> Samples:
     """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist."""
-    members = _color_files(path) or [path]
+    parts = list_parts(path)
+    members, overflows = parts[:-len(RGB)], parts[-len(RGB):]
     columns = []
     for member in members:
         if (column := _values(member, content if member == path else None, sample)) is None:
             raise DatasetError(f"no sample {sample}, which {path.name} has", member)
         columns.append(column)
-    over = [column for member in _overflow_files(path) if member.is_file()
+    over = [column for member in overflows if member.is_file()
             and (column := _values(member, None, sample)) is not None]
     theta_v, phi_v, theta_i, phi_i = geometry().T
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), RGB if len(members) > 1 else ("grey",),
@@ -58,13 +59,9 @@ def read(content: bytes, sample: int, path: Path) -> Samples:
 
 
 def list_parts(path: Path) -> list[Path]:
-    """The files that are read with one, itself included: first that of red values, or of all."""
-    return [*(_color_files(path) or [path]), *_overflow_files(path)]
-
-
-def _overflow_files(path: Path) -> list[Path]:
-    """Those beside a file that say of each channel which measurements overflowed the camera."""
-    return [path.with_name(f"{letter.lower()}over.dat") for letter in RGB]
+    """The files of values that are read with one, itself included: red first, or all; and those that say of each
+    channel which measurements overflowed the camera."""
+    return [*(_color_files(path) or [path]), *(path.with_name(f"{letter.lower()}over.dat") for letter in RGB)]
 
 
 @cache

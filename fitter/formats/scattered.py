@@ -17,14 +17,6 @@ def weights(azimuths: FloatArray, radials: FloatArray, tilt: float) -> FloatArra
     The angles, (n,) and (m,) radians, rise: about an axis, and away from it. `tilt` is the axis' angle from the normal,
     towards the azimuth pi: 0, or theta_i of tables about the mirrored ray. Between the nodes, values are linear in both
     angles. Azimuths over half a turn stand for the other half as well; those that lack the end of a turn are closed.
-
-    Examples
-    --------
-    A Lambertian of 1 / sr reflects pi, from wherever its table is seen.
-
-    >>> grid = np.radians([0, 30, 60, 90.0])
-    >>> [float(np.sum(weights(np.radians([0, 180.0]), np.append(grid, np.pi), tilt)).round(3)) for tilt in (0, 1)]
-    [3.142, 3.142]
     """
     around, share = _azimuth_weights(azimuths)
     outward, steps = _interpolation(radials)

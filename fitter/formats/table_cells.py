@@ -25,16 +25,11 @@ _THOUSANDS = re.compile(rb"[-+]?[1-9]\d{0,2}(?:([.,])\d{3})(?:\1\d{3})*")
 class Cells(NamedTuple):
     """The complete rows of a table."""
 
-    numbers: FloatArray
-    """(n, columns); 0 in columns that are not read."""
-    at: "array[int]"
-    """Where in the content each row begins."""
-    left_out: int
-    """Rows with missing cells."""
-    units: dict[int, str]
-    """Of the columns whose numbers have the sign of degrees or of percent: "deg" or "%"."""
-    notes: list[str]
-    """What was made of decimal signs, where nothing proves them."""
+    numbers: FloatArray         # (n, columns); 0 in columns that are not read
+    at: "array[int]"            # where in the content each row begins
+    left_out: int               # rows with missing cells
+    units: dict[int, str]       # of the columns whose numbers have the sign of degrees or of percent: "deg" or "%"
+    notes: list[str]            # what was made of decimal signs, where nothing proves them
 
 
 def read(content: bytes, layout: Layout, used: Sequence[int]) -> Cells:

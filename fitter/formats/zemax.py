@@ -144,7 +144,13 @@ def _header(content: bytes) -> tuple[dict[str, str], _Angles]:
     missing = [keyword for keyword in (*_WORD_KEYS, *_ANGLES) if keyword not in words and keyword not in angles]
     if missing:
         raise DatasetError(f"no line {', '.join(missing)} before DataBegin")
-    _check_words(words)
+    symmetry, spectrum, scatter = (words[name] for name in _WORD_KEYS)
+    if scatter.upper() != "BRDF":
+        raise DatasetError(f"ScatterType {scatter} found, expected BRDF: transmitted light cannot be used")
+    if symmetry.lower().removesuffix("4d") not in ("planesymmetrical", "asymmetrical"):
+        raise DatasetError(f"Symmetry {symmetry} found, expected PlaneSymmetrical or Asymmetrical, or either with 4D")
+    if spectrum not in ("Monochrome", "XYZ"):
+        raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ")
     return words, angles
 
 
@@ -160,16 +166,6 @@ def _angles(line: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatAr
         raise line_error(row, f"{keyword} from {numbers.min():g} to {numbers.max():g} found, expected {limits[0]} to "
                          f"{limits[1]} degrees")
     return numbers
-
-
-def _check_words(words: dict[str, str]) -> None:
-    symmetry, spectrum, scatter = (words[name] for name in _WORD_KEYS)
-    if scatter.upper() != "BRDF":
-        raise DatasetError(f"ScatterType {scatter} found, expected BRDF: transmitted light cannot be used")
-    if symmetry.lower().removesuffix("4d") not in ("planesymmetrical", "asymmetrical"):
-        raise DatasetError(f"Symmetry {symmetry} found, expected PlaneSymmetrical or Asymmetrical, or either with 4D")
-    if spectrum not in ("Monochrome", "XYZ"):
-        raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ")
 
 
 def _table(begin: re.Match[bytes], angles: _Angles) -> tuple[FloatArray, FloatArray]:
