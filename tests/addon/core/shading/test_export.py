@@ -402,6 +402,17 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx((0, 0, 0), abs=EXACT)
 
 
+@pytest.mark.parametrize(("strength", "reflected"), [(-1, 0), (-1e30, 0), (1000, 1), (1e30, 1)])
+def test_an_impossible_strength_is_exported_black_or_white(material, strength, reflected):
+    update(material, CLOTH)
+    node, export = group(material), exported_node(material)
+    node.inputs["Strength"].default_value = strength
+    follow(material)
+    assert highlight(export.inputs["IOR"].default_value) == pytest.approx(reflected, abs=5e-3)
+    assert [*export.inputs["Base Color"].default_value, *material.diffuse_color[:3]] == [
+        *[reflected] * 3, 1, *[reflected] * 3]
+
+
 def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, material, tmp_path, capfd):
     update(material, CLOTH)
     node = group(material)
