@@ -22,6 +22,7 @@ from ....fitter.colours import DEFAULT_COLOURS, conversion
 from ....fitter.cycles.principled_bsdf import DIELECTRIC, Principled
 from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
+from ..blender.node_trees import displayed_name
 from ..storage.outcomes import Surface
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
@@ -295,7 +296,7 @@ def _list_losses(node: bpy.types.Node) -> list[str]:
     source = None if normal is None else normal_map(normal)
     if normal is not None and normal.is_linked and source is None:
         lost.append("Normal: a Normal Map node in tangent space is exported, and not "
-                    f"{not_none(normal.links)[0].from_node.name}")
+                    f"{displayed_name(not_none(not_none(normal.links)[0].from_node))}")
     elif source is not None and source.node.inputs["Strength"].default_value != 1:
         lost.append(f"{NOT_EVERYWHERE}USD the normal map has a Strength of 1")
     if "Tangent" in node.inputs:

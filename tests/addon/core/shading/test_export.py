@@ -502,6 +502,18 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     assert all(f"WARNING: {material.name}: {line}" in seen for line in told)
 
 
+def test_a_group_is_told_by_the_name_that_the_editor_shows(blender, material):
+    update(material, CLOTH)
+    tree, inside = material.node_tree, blender.data.node_groups.new("Flakes", "ShaderNodeTree")
+    inside.interface.new_socket("Normal", in_out="OUTPUT", socket_type="NodeSocketVector")
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = inside
+    for name in ("Tint", "Normal"):
+        tree.links.new(node.outputs[0], group(material).inputs[name])
+    follow(material)
+    assert [line.split()[-2:] for line in export_surface.losses(material)] == [["Flakes", "makes"], ["not", "Flakes"]]
+
+
 def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(blender, material, tmp_path):
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     update(material, CLOTH)
