@@ -14,7 +14,7 @@ from fitter.formats import rgl
 from fitter.methods import prepare
 from support.checkout import measurements
 from support.evidence import show_table
-from support.rims import Clipped, albedo, error
+from support.faults import Clipped, albedo, error
 
 from .dense.materials import RGL
 

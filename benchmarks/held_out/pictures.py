@@ -9,7 +9,7 @@ import numpy as np
 
 from fitter.imaging.pictures import sphere
 from fitter.storage.files import replace_file
-from support.lamp_spheres import LAMPS, lamp_sphere, reflected_by_lamps
+from support.spheres import LAMPS, lamp_sphere, reflected_by_lamps
 
 from ..report.methods import METHODS
 from ..report.plots import pyplot, save
