@@ -9,8 +9,8 @@ import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs.capture import Resolved
 from ...fitter.photographs.description.capture_setup import CameraSetup
+from ...fitter.photographs.rig.lamps import Scene
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.transaction import find_by_session_uid
@@ -48,11 +48,11 @@ their folder, light positions (.lp), a project of relight, or a description (.to
         return process.Calculation(partial(measuring.find_sample_description, paths, self.width, self.exposures,
                                            fit_arguments(choices), load_arguments(choices)))
 
-    def prepare(self, found: tuple[Resolved, list[Outcome]]) -> Steps:
+    def prepare(self, found: tuple[Scene, list[Outcome]]) -> Steps:
         return *found, (yield from _compile(found[1]))
 
     def apply(self, context: bpy.types.Context,
-              prepared: tuple[Resolved, list[Outcome], list[compiler.Shader]]) -> None:
+              prepared: tuple[Scene, list[Outcome], list[compiler.Shader]]) -> None:
         described, outcomes, shaders = prepared
         materials = _create(outcomes, shaders, context)
         made = stage.make(described)

@@ -11,9 +11,9 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
-from ...fitter.photographs.capture import Resolved
 from ...fitter.photographs.compared import relative_difference
 from ...fitter.photographs.description.capture_setup import CaptureSetup
+from ...fitter.photographs.rig.lamps import Scene
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import osl_support, targets
@@ -130,7 +130,7 @@ their folder, or a description (.toml, .lp)"""
         return process.Calculation(partial(measuring.find_description, paths, self.radius, self.distance,
                                            self.exposures))
 
-    def apply(self, context: bpy.types.Context, described: Resolved) -> None:
+    def apply(self, context: bpy.types.Context, described: Scene) -> None:
         if not self.to_scene:
             self.show(context, stage.make(described))
             return

@@ -13,10 +13,10 @@ from mathutils import Matrix, Vector
 
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs.capture import Resolved
 from ...fitter.photographs.description.capture_setup import BallSetup, CameraSetup, CaptureSetup, SampleSetup, Shot
 from ...fitter.photographs.flat.reading import sample_corners
 from ...fitter.photographs.rig import camera as cameras
+from ...fitter.photographs.rig.lamps import Scene
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.node_trees import use_nodes
@@ -31,11 +31,10 @@ _PREVIEW = 0.2, 0.2         # albedo and roughness of the ball until it is measu
 _HALF = 0.5                 # opacity of the photograph before the ball
 
 
-def make(resolved: Resolved) -> bpy.types.Scene:
-    """Make a scene of a description whose places are numbers. Raises DatasetError if it has what the settings of a
-    scene cannot hold: several files of a card, say.
-    """
-    setup, (height, width), is_far = resolved
+def make(described: Scene) -> bpy.types.Scene:
+    """Make a scene of that of a description. Raises DatasetError if it has what settings cannot hold: several files of
+    a card, say."""
+    setup, (height, width) = described.setup, described.view.size
     shots = setup.photographs
     scene = bpy.data.scenes.new(setup.title)
     osl_support.enable(scene)
@@ -48,8 +47,8 @@ def make(resolved: Resolved) -> bpy.types.Scene:
     if setup.ball is not None:
         settings.ball = _ball(scene, setup.ball)
     else:
-        settings.sample, settings.is_far = _sample(scene, setup.need_sample()), is_far
-    settings.camera.matrix_basis = camera_pose(setup.camera, setup.ball.centre if setup.ball else (0, 0, 0))
+        settings.sample, settings.is_far = _sample(scene, setup.need_sample()), described.is_far
+    settings.camera.matrix_basis = camera_pose(setup.camera)
     light = bpy.data.lights.new("Lamp", "POINT")
     light.use_soft_falloff = False          # a ball
     light.shadow_soft_size = setup.lamp.radius
@@ -96,9 +95,9 @@ def _camera(scene: bpy.types.Scene, setup: CameraSetup) -> bpy.types.Object:
     return _object(scene, "Camera", data)
 
 
-def camera_pose(setup: CameraSetup, centre: Any = (0, 0, 0)) -> Matrix:
-    """Where a camera is in a description whose places are numbers; by default it looks at a centre, (3,)."""
-    orientation = cameras.orientation(setup, centre)
+def camera_pose(setup: CameraSetup) -> Matrix:
+    """Where a camera is in a description whose places are numbers."""
+    orientation = cameras.orientation(setup, (0, 0, 0))
     return Matrix.Translation(Vector(_numbers(setup.position))) @ Matrix(orientation.tolist()).to_4x4()
 
 

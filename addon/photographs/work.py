@@ -18,7 +18,7 @@ from ...fitter.formats import saved_samples
 from ...fitter.imaging.picture_files import PictureInfo, read_picture_info
 from ...fitter.photographs.ball import measuring
 from ...fitter.photographs.ball.advice import report_ball
-from ...fitter.photographs.capture import Resolved, resolve
+from ...fitter.photographs.capture import resolve
 from ...fitter.photographs.description import light_positions, parsing
 from ...fitter.photographs.description.capture_setup import GUESS, CameraSetup, CaptureSetup, Description
 from ...fitter.photographs.flat import map_files
@@ -27,6 +27,7 @@ from ...fitter.photographs.flat.reading import read_sample
 from ...fitter.photographs.flat.tiling import cut_tile, tile_size
 from ...fitter.photographs.pictures.light import Light
 from ...fitter.photographs.pictures.reading import Pictures
+from ...fitter.photographs.rig.lamps import Scene
 from ..core.annotations import Arguments, not_none
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
@@ -87,7 +88,7 @@ def _names_of_panel() -> Iterator[None]:
         raise DatasetError(translate_keys(str(error))) from error
 
 
-def find_description(paths: Sequence[str], radius: float, distance: float, count: int) -> Resolved:
+def find_description(paths: Sequence[str], radius: float, distance: float, count: int) -> Scene:
     """The description that a file is, or a folder has; else one of the pictures, or of those in the folder: of a ball
     at the origin, with a camera so far away, metres, and `count` exposures under each lamp, 0: as the files say."""
     path = Path(paths[0])
@@ -97,13 +98,13 @@ def find_description(paths: Sequence[str], radius: float, distance: float, count
         setup.need_ball()
         return resolve(setup)
     groups, first = _group_pictures(paths, count)
-    return Resolved(_parse_pictures(groups, path.parent, {
+    return resolve(_parse_pictures(groups, path.parent, {
         "name": path.parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(first)},
-        "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}}), first.size)
+        "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}}))
 
 
 def find_sample_description(paths: Sequence[str], width: float, count: int, arguments: Arguments,
-                            how: Arguments) -> tuple[Resolved, list[Outcome]]:
+                            how: Arguments) -> tuple[Scene, list[Outcome]]:
     """The description of a flat sample that a file is, or a folder has, and the materials that it names, fitted; else
     one of light positions or pictures.
 

@@ -1,6 +1,5 @@
 """Photographs of a ball as a description says they were taken: `measure_ball` reads, places and gathers them."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,7 +15,7 @@ from ..pictures.light import Light, same_pictures
 from ..pictures.reading import Pictures, read_mask
 from ..rig.ball_finding import brightest, find_ball
 from ..rig.camera import CameraView, field_of_view, orientation
-from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
+from ..rig.lamps import MeasuredPlace, Scene, find_lamps, place_scene
 from ..rig.scale import GUESSED, NEAR_NORMAL, SHARE_ANGLES, check_intensity, implausible_light, lamp_intensity
 from .photograph import BallPhotograph, measure_pixels
 from .samples import gather_samples, place_photographs
@@ -53,12 +52,11 @@ def read_photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[s
     """The photographs of a description as they are: nothing is checked of what they show; and notes of how they were
     read. Raises as `measure_ball`."""
     pictures = Pictures(setup)
-    lights = pictures.read_photographs()
-    scene = locate_ball(setup, pictures, lights)
-    rays = scene.view.rays()
+    lights, scene = pictures.photographs, locate_ball(setup, pictures)
+    rays, mask = scene.view.rays(), read_mask(setup.need_ball(), scene.view.size)
 
     def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:
-        known = light.known if scene.mask is None else scene.mask & light.known
+        known = light.known if mask is None else mask & light.known
         return BallPhotograph(light.radiance, rays, scene.view.position, *scene.what, lamp, intensity,
                               setup.lamp.radius, light.noise, known, name)
 
@@ -66,23 +64,22 @@ def read_photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[s
         white = photograph(pictures.lamp_light(known, "file"), lamp, unit, known.file[0].name)
         return intensity_of_ball(white, known.albedo)
 
-    intensity, note = lamp_intensity(scene.scale, pictures, lights[0].radiance.shape[2], scene.lit,
-                                     are_far(scene.lamps, setup.path), intensity_by_ball)
-    photographs = [photograph(light, lamp.place(*scene.what), intensity, each.name)
-                   for light, lamp, each in zip(lights, scene.lamps, scene.shots, strict=True)]
+    intensity, note = lamp_intensity(scene, pictures, lights[0].radiance.shape[2], intensity_by_ball)
+    photographs = [photograph(light, lamp, intensity, shot.name)
+                   for light, lamp, shot in zip(lights, scene.lamps, setup.photographs, strict=True)]
     return photographs, (*pictures.notes, *setup.notes, *scene.notes, *note)
 
 
-def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]) -> Scene:
-    """The scene of a ball: by its outline in photographs of this light if nobody says where ball or camera is."""
-    ball, (height, width, _) = setup.need_ball(), lights[0].radiance.shape
+def locate_ball(setup: CaptureSetup, pictures: Pictures) -> Scene:
+    """The scene of a ball: by its outline in the photographs if nobody says where ball or camera is."""
+    ball, size = setup.need_ball(), pictures.size
     centre, radius = np.zeros(3) if ball.place is None else ball.place, ball.radius or RADIUS
     position, notes = setup.camera.position, tuple[str, ...]()
-    view = CameraView(np.zeros(3), orientation(setup.camera, centre), (height, width),
-                      field_of_view(setup.camera, pictures.said.values()))
-    mask = read_mask(ball, view.size)
+    view = CameraView(np.zeros(3), orientation(setup.camera, centre), size,
+                      field_of_view(setup.camera, pictures.infos))
     if setup.camera.is_far or isinstance(ball.centre, str):
-        outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays(), str(setup.path))
+        seen = brightest([light.radiance for light in pictures.photographs], read_mask(ball, size))
+        outline = find_ball(seen, view.rays(), str(setup.path))
         if position is None or isinstance(position, str):
             position = centre - outline.centre(np.zeros(3), radius)
             notes = f"The camera is {np.linalg.norm(position - centre):.4g} m away by the ball's outline",
@@ -91,8 +88,7 @@ def locate_ball(setup: CaptureSetup, pictures: Pictures, lights: Sequence[Light]
             notes = "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre),
     what = MeasuredPlace(centre, radius)
     view = view._replace(position=np.asarray(position))
-    lamps = [each for each in find_lamps(setup, pictures, view, what) if each is not None]
-    return Scene(view, what, setup.photographs, lamps, setup.scale, what, notes, mask)
+    return place_scene(setup, view, what, find_lamps(setup, pictures, view, what), what, notes)
 
 
 def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArray:

@@ -1,7 +1,8 @@
 """The pictures of a description: exposures merged, the dark room taken away, in known colours."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from ... import progress
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError, printable
-from ...imaging.picture_files import PictureFile, read_picture, read_picture_info
+from ...imaging.picture_files import PictureFile, PictureInfo, read_picture, read_picture_info
 from ..description.capture_setup import BallSetup, CaptureSetup, LampSetup, Lit, SampleSetup, Shot
 from .light import Exposure, Light, check_bright, divide_flat, merge_exposures, middle_part, subtract_dark
 
@@ -29,23 +30,31 @@ class Pictures:
     said: dict[Path, PictureFile] = field(default_factory=dict)     # of the files that were read, without their pixels
     _known: dict[tuple[str, str], Light] = field(default_factory=dict)      # of the whole lamp, by key and part
 
+    @cached_property
+    def infos(self) -> list[PictureInfo]:
+        """What the photographs' first files say."""
+        return [read_picture_info(each.files[0]) for each in self.setup.photographs]
+
     @property
     def size(self) -> tuple[int, int]:
         """Height and width of the photographs. Raises DatasetError if they have several."""
         sizes: dict[tuple[int, int], Shot] = {}
-        for each in self.setup.photographs:
-            sizes.setdefault(read_picture_info(each.files[0]).size, each)
+        for each, info in zip(self.setup.photographs, self.infos, strict=True):
+            sizes.setdefault(info.size, each)
         if len(sizes) > 1:
             raise DatasetError("photographs of several sizes found: " + ", ".join(
                 f"{each.name} {width} x {height}" for (height, width), each in sizes.items()), self.setup.path)
         return next(iter(sizes))
 
-    def read_photographs(self, part: Part | None = None,
+    @cached_property
+    def photographs(self) -> list[Light]:
+        """What the photographs show, each of one size. Raises DatasetError if one is black."""
+        return self.read_photographs(self.setup.photographs)
+
+    def read_photographs(self, shots: Sequence[Shot], part: Part | None = None,
                          reduce: Callable[[Light], Light] = lambda light: light) -> list[Light]:
-        """What a part of the photographs shows, each of one size, and is kept of it: they are read one at a time.
-        Raises DatasetError if one is black."""
-        shots, _ = self.setup.photographs, self.size
-        lights = []
+        """What a part of photographs shows, and is kept of it: they are read one at a time."""
+        lights, _ = [], self.size
         for number, each in enumerate(shots):
             progress.report(number / len(shots), f"Reading {each.name}")
             lights.append(reduce(self.lamp_light(each, "files", part)))

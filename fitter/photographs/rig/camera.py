@@ -1,14 +1,14 @@
 """Where a camera stands and how it looks: by perspective without distortion of a lens, as a description says it, also
 where nobody knows how far it is."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import ArrayLike, FloatArray
 from ...errors import DatasetError
-from ...imaging.picture_files import PictureFile, PictureInfo
+from ...imaging.picture_files import PictureInfo
 from ..description.capture_setup import CameraSetup
 from ..pictures.reading import WHOLE, Part
 
@@ -94,11 +94,10 @@ def lens_angle(focal_length: float, sensor_width: float) -> float:
     return 2 * float(np.arctan(sensor_width / (2 * focal_length)))
 
 
-def field_of_view(camera: CameraSetup, pictures: Iterable[PictureFile | PictureInfo]) -> float:
+def field_of_view(camera: CameraSetup, pictures: Sequence[PictureInfo]) -> float:
     """The angle of the pictures' width, radians, by the description, or else by what the pictures say."""
     if camera.field_of_view is not None:
         return float(np.radians(camera.field_of_view))
-    pictures = list(pictures)
     focal = camera.focal_length or next((each.focal_length for each in pictures if each.focal_length), None)
     if focal is not None and camera.sensor_width is not None:
         return lens_angle(focal, camera.sensor_width)

@@ -1,4 +1,5 @@
-"""Where lamps are, by a description: at a place, or far away in a direction; or by highlights on a chrome ball."""
+"""Where lamps are, by a description: at a place, or far away in a direction; or by highlights on a chrome ball. So the
+scene of a description, in which places are numbers."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,7 +10,7 @@ import numpy as np
 
 from ...arrays import ArrayLike, BoolArray, FloatArray, RealArray
 from ...errors import DatasetError
-from ..description.capture_setup import BallSetup, CaptureSetup, Known, ScaleSetup, Shot
+from ..description.capture_setup import BallSetup, CaptureSetup, Known, Shot
 from ..pictures.reading import WHOLE, Part, Pictures, bounds, read_mask
 from .ball_finding import brightest, disc_outline, find_ball, regions
 from .camera import CameraView
@@ -61,16 +62,42 @@ class Highlight(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What all photographs of a description share, and a lamp for each."""
+    """A description in which places are numbers."""
 
+    setup: CaptureSetup     # of lamps far away with the intensity that belongs to where they are put
     view: CameraView
-    what: MeasuredPlace             # the ball, or the middle of a sample with its diagonal
-    shots: tuple[Shot, ...]
-    lamps: list[LampPlace]
-    scale: ScaleSetup
-    lit: MeasuredPlace              # what the lamps light that tell the scale
+    what: MeasuredPlace     # the ball, or the middle of a sample with its diagonal
+    lamps: list[FloatArray]     # of the photographs: (3,) each, metres
     notes: tuple[str, ...]
-    mask: BoolArray | None = None   # pixels that count, of a ball
+    is_far: bool            # whether nobody knows how far the camera was
+    unit: float             # the radiant intensity that is taken for granted until an albedo tells it, W/sr
+    known_place: FloatArray     # of a card or ball of known albedo: (3,), metres
+
+
+def place_scene(setup: CaptureSetup, view: CameraView, what: MeasuredPlace, lamps: Sequence[LampPlace | None],
+                known: MeasuredPlace, notes: tuple[str, ...]) -> Scene:
+    """The scene of a description with `what` is measured, its lamps, and the place of a card or ball of `known` albedo;
+    photographs whose lamp is None are not in it."""
+    found = [(shot, lamp) for shot, lamp in zip(setup.photographs, lamps, strict=True) if lamp is not None]
+    is_far = _are_far([lamp for _, lamp in found], setup.path)
+    unit, scale = (FAR * what.size) ** 2 if is_far else 1.0, setup.scale
+    if scale.intensity is not None:
+        scale = replace(scale, intensity=scale.intensity * unit)
+    for key in ("card", "ball"):
+        if (each := getattr(scale, key)) is not None:
+            lamp = place_lamp(each, known.middle)
+            _are_far([lamp, LampPlace(lamp.toward, is_far)], each.path)
+            scale = replace(scale, **{key: replace(each, lamp=lamp.place(*known), direction=None)})
+    places = [lamp.place(*what) for _, lamp in found]
+    placed = replace(
+        setup, name=setup.title, chrome=None, notes=(), scale=scale, camera=replace(
+            setup.camera, position=view.position, look_at=view.position - view.orientation[:, 2],
+            up=view.orientation[:, 1], field_of_view=float(np.degrees(view.angle)), direction=None),
+        ball=setup.ball and replace(setup.ball, centre=what.middle, radius=what.size),
+        lamp=replace(setup.lamp, positions=None, distance=None, ball=None),
+        photographs=tuple(replace(shot, lamp=place, direction=None, chrome=None, distance=None)
+                          for (shot, _), place in zip(found, places, strict=True)))
+    return Scene(placed, view, what, places, notes, setup.camera.is_far, unit, known.middle)
 
 
 def find_lamps(setup: CaptureSetup, pictures: Pictures, view: CameraView,
@@ -125,7 +152,7 @@ def place_lamp(given: Shot | Known, middle: FloatArray, turn: FloatArray | None 
     return Highlight(middle if ball is None else ball, direction).lamp(middle, distance)
 
 
-def are_far(lamps: Sequence[LampPlace], path: Path) -> bool:
+def _are_far(lamps: Sequence[LampPlace], path: Path) -> bool:
     """Whether the lamps of photographs, one or more, are far. DatasetError if some are, and others are not: it is not
     known then how bright they are beside each other."""
     if len({lamp.is_far for lamp in lamps}) > 1:

@@ -5,7 +5,6 @@ painted ball of known albedo tells I in each channel, and with it the colour of 
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +13,9 @@ from ...arrays import ArrayLike, FloatArray
 from ...errors import DatasetError
 from ...imaging.picture_files import read_picture_info
 from ...quality.albedo import DARKEST_SURFACE
-from ..description.capture_setup import Known, ScaleSetup
+from ..description.capture_setup import Known
 from ..pictures.reading import Pictures
-from .lamps import FAR, LampPlace, MeasuredPlace, are_far, place_lamp
+from .lamps import Scene
 
 GUESSED = "The scale is a guess: an albedo of {} was given"
 NEAR_NORMAL = np.radians(60)    # polar angle up to which real paints are Lambertian enough
@@ -24,44 +23,29 @@ SHARE_ANGLES = np.arcsin(np.sqrt((np.arange(6) + 0.5) / 6))     # of equal share
 _BRIGHTEST = 1.02           # share of the light that a white paint may seem to reflect, by its noise
 
 
-def lamp_intensity(scale: ScaleSetup, pictures: Pictures, channels: int, what: MeasuredPlace, is_far: bool,
+def lamp_intensity(scene: Scene, pictures: Pictures, channels: int,
                    by_ball: Callable[[Known, FloatArray, FloatArray], FloatArray] | None = None,
                    ) -> tuple[FloatArray, tuple[str, ...]]:
-    """The radiant intensity of lamps, (channels,), W/sr in units of the pictures, and a note of where it is from.
-
-    Of lamps far away the intensity that is given is that at a distance of 1 m, which is their irradiance. `by_ball`
-    tells it of a photograph of a ball of known albedo, the lamp's place, and the intensity of one that brings 1.
-    """
-    unit = np.full(channels, (FAR * what.size) ** 2 if is_far else 1.0)     # of a lamp that brings the irradiance 1
+    """The radiant intensity of the lamps of a scene, (channels,), W/sr in units of the pictures, and a note of where it
+    is from. `by_ball` tells it of a photograph of a ball of known albedo, its lamp, and the intensity that is taken
+    for granted."""
+    unit, scale, given = np.full(channels, scene.unit), scene.setup.scale, pictures.setup.scale
     if scale.albedo is not None:
         return unit, ("Colours are those that the lamp and the camera give",)
     if scale.intensity is not None:
         if scale.intensity.ndim and len(scale.intensity) != channels:
-            raise scale.error("intensity", f"a number above 0, or {channels}")
-        return unit * scale.intensity, ("The lamp's intensity as it was given",)
+            raise given.error("intensity", f"a number above 0, or {channels}")
+        return np.ones(channels) * scale.intensity, ("The lamp's intensity as it was given",)
     known = scale.ball or scale.card
     assert known is not None
-    lamp = place_lamp(known, what.middle)
-    are_far([lamp, LampPlace(lamp.toward, is_far)], known.path)
-    place = lamp.place(*what)
+    assert known.lamp is not None
     if known.albedo.ndim and len(known.albedo) != channels:
         raise known.error("albedo", f"a number above 0, or {channels}")
     if scale.ball is not None and by_ball is not None:
-        return by_ball(known, place, unit), ("Scale and colour by a ball of known albedo",)
+        return by_ball(known, known.lamp, unit), ("Scale and colour by a ball of known albedo",)
     assert known.normal is not None
-    return (intensity_of_card(_read_region(known, pictures), what.middle, known.normal, place, known.albedo,
+    return (intensity_of_card(_read_region(known, pictures), scene.known_place, known.normal, known.lamp, known.albedo,
                               known.file[0]), ("Scale and colour by a card of known albedo",))
-
-
-def resolve_scale(scale: ScaleSetup, what: MeasuredPlace, is_far: bool) -> ScaleSetup:
-    """The scale with what belongs to the places of lamps far away, in the place of directions."""
-    if not is_far or scale.albedo is not None:
-        return scale
-    if scale.intensity is not None:
-        return replace(scale, intensity=scale.intensity * (FAR * what.size) ** 2)
-    card, ball = (each and replace(each, lamp=place_lamp(each, what.middle).place(*what), direction=None)
-                  for each in (scale.card, scale.ball))
-    return replace(scale, card=card, ball=ball)
 
 
 def _read_region(card: Known, pictures: Pictures) -> FloatArray:
