@@ -9,13 +9,10 @@ import numpy as np
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError
 from ..description.capture_setup import MOST_TEXELS, CaptureSetup, SampleSetup
-from ..pictures.light import Light, same_pictures
-from ..pictures.reading import Part, Pictures, read_mask
-from ..rig.camera import CameraView, field_of_view, pixel_angle, rays_through
-from ..rig.lamps import MeasuredPlace, Scene, find_lamps, place_scene
+from ..pictures import Light, Part, Pictures, read_mask, same_pictures
+from ..rig.camera import CameraView, field_of_view, find_view, pixel_angle, rays_through
+from ..rig.lamps import GUESSED, MeasuredPlace, Scene, find_lamps, lamp_intensity, place_scene
 from ..rig.photograph import is_saturated
-from ..rig.scale import GUESSED, lamp_intensity
-from .camera_pose import find_view
 from .judging import lamp_brightness
 from .maps import pixels_per_texel, sample_frame, texel_corners, texel_points
 from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, texel_means
@@ -32,6 +29,7 @@ class Flat(NamedTuple):
     """What `maps_from_flat` takes of a description."""
 
     name: str
+    view: CameraView
     photographs: list[FlatPhotograph]
     corners: FloatArray
     shape: tuple[int, int]
@@ -74,7 +72,7 @@ def read_sample(setup: CaptureSetup) -> Flat:
         photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
         note = GUESSED.format(f"{albedo:g}"), *note
     files, number = (setup.materials, None) if isinstance(setup.materials, tuple) else ((), setup.materials)
-    return Flat(setup.title, photographs, whole, shape, files, number,
+    return Flat(setup.title, view, photographs, whole, shape, files, number,
                 (*pictures.notes, *notes, scene.notes[-1], *note),
                 same_pictures([light.radiance for light in lights], [each.name for each in photographs]),
                 albedo)
