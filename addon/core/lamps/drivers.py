@@ -35,7 +35,7 @@ def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> di
         indices.append(_SIZE)
     wanted = {index: expressions[index] for index in indices}
     if is_animated(item):                   # it may be shown at some frames alone
-        wanted[_STRENGTH] = f"{expressions[_STRENGTH]} * {lamp.VISIBLE}"
+        wanted[_STRENGTH] = f"{expressions[_STRENGTH]} * {lamp.VISIBILITY}"
     return wanted
 
 

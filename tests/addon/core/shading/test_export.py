@@ -385,7 +385,7 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
 @pytest.mark.parametrize(("strength", "reflected"), [(-1, 0), (-1e30, 0), (1000, 1), (1e30, 1)])
 def test_an_impossible_strength_is_exported_black_or_white(material, strength, reflected):
     update(material, CLOTH)
-    node, export = group(material), exported_node(material)
+    node, export = group_node(material), exported_node(material)
     node.inputs["Strength"].default_value = strength
     follow(material)
     assert highlight(export.inputs["IOR"].default_value) == pytest.approx(reflected, abs=5e-3)
@@ -494,7 +494,7 @@ def test_a_group_is_told_by_the_name_that_the_editor_shows(blender, material):
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = inside
     for name in ("Tint", "Normal"):
-        tree.links.new(node.outputs[0], group(material).inputs[name])
+        tree.links.new(node.outputs[0], group_node(material).inputs[name])
     follow(material)
     assert [line.split()[-2:] for line in export_surface.losses(material)] == [["Flakes", "makes"], ["not", "Flakes"]]
 
