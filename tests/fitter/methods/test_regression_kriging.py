@@ -14,7 +14,7 @@ from fitter.quality import cross_validation
 from fitter.samples import RGB, subset
 from support import truths
 from support.cases import quick, release
-from support.rings import ring
+from support.faults import ring
 
 STANDARD = fitter.PRESETS["Standard"]
 

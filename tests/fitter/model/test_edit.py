@@ -14,8 +14,8 @@ from fitter.errors import DatasetError
 from fitter.methods.editing import edited
 from fitter.model import edit
 from fitter.model.fit import Fit
-from support.albedo import mirror_albedo
 from support.cases import quick
+from support.faults import mirror_albedo
 from support.made_fits import MADE_FITS
 
 POLAR = st.floats(0.01, 1.5)
