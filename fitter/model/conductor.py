@@ -112,9 +112,9 @@ class Conductor:
     def _albedo(self) -> FloatArray:
         """E at `_TABLE_ANGLES` and `_PHI`: (46, 10)."""
         theta, phi = np.minimum(_TABLE_ANGLES, np.pi / 2 - 1e-6), _PHI[:1] if self.isotropic else _PHI
-        shares = [reflect_at_visible_normals(unit_vectors(each, phi), self.alpha, self.across, _QUADRATURE)[0]
-                  for each in theta]
-        return np.broadcast_to(np.mean(shares, axis=2), (len(_TABLE_ANGLES), len(_PHI)))
+        sums = [[reflect_at_visible_normals(view, self.alpha, self.across, _QUADRATURE)[0].sum() for view in views]
+                for views in unit_vectors(theta[:, None], phi)]
+        return np.broadcast_to(np.array(sums) / _QUADRATURE ** 2, (len(_TABLE_ANGLES), len(_PHI)))
 
 
 def conductor_fresnel(n: FloatArray, k: FloatArray, cosine: FloatArray) -> FloatArray:
