@@ -28,7 +28,8 @@ def changes(depsgraph: bpy.types.Depsgraph) -> Changed:
     # nodes were edited, which the updates tell apart
     structure = updated("SCENE") and (
         not updated("NODETREE") or any(update.id.id_type == "SCENE" for update in depsgraph.updates))
-    return Changed(structure, any(map(updated, ("OBJECT", "LIGHT", "WORLD", "IMAGE", "MATERIAL"))))
+    return Changed(structure, updated("OBJECT") or updated("LIGHT") or updated("WORLD") or updated("IMAGE")
+                   or updated("MATERIAL"))
 
 
 def changed_objects(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object] | None:
