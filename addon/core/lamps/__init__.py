@@ -23,7 +23,7 @@ from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import node_tree
 from .lamp import Lamp
-from .light_objects import get_light
+from .light_objects import get_light, is_animated
 from .world_lights import bright_spots
 
 __all__ = ["is_main_thread_free", "list_lamps", "node_tree", "register", "sky_moves", "unregister", "update"]
@@ -54,7 +54,7 @@ def update(depsgraph: bpy.types.Depsgraph) -> None:
 
 
 def sky_moves(world: bpy.types.World | None) -> bool:
-    return (world is not None and world.node_tree is not None and drivers.is_animated(world.node_tree)
+    return (world is not None and world.node_tree is not None and is_animated(world.node_tree)
             and len(bright_spots(world)) > 0)
 
 
@@ -88,7 +88,7 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
     listed: _Listed = [(lamp.from_light(light, item.matrix_world), item) for item in lights
-                       if (light := get_light(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
+                       if (light := get_light(item)).energy > 0 or is_animated(not_none(light.original))]
     listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
     listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
                for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import bpy
 
 from . import carrier, lamp
-from .light_objects import get_light
+from .light_objects import get_light, is_animated
 
 Place = tuple[int, int]
 """The number of a lamp, from 1, and the index of one of its six values."""
@@ -33,7 +33,10 @@ def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> di
     indices = [*(_POSITION_INDICES if moves else ()), *([_STRENGTH] if changes else ())]
     if changes or (moves and light.type != "SUN"):
         indices.append(_SIZE)
-    return {index: expressions[index] for index in indices}
+    wanted = {index: expressions[index] for index in indices}
+    if is_animated(item):                   # it may be shown at some frames alone
+        wanted[_STRENGTH] = f"{expressions[_STRENGTH]} * {lamp.VISIBILITY}"
+    return wanted
 
 
 def can_move(item: bpy.types.Object | None) -> bool:
@@ -45,12 +48,6 @@ def can_move(item: bpy.types.Object | None) -> bool:
             return True
         item = item.parent
     return False
-
-
-def is_animated(data: bpy.types.ID) -> bool:
-    animation = data.animation_data
-    return animation is not None and (animation.action is not None or len(animation.drivers) > 0
-                                      or len(animation.nla_tracks) > 0)
 
 
 def wire(held: bpy.types.Texture, sources: Mapping[Place, tuple[str, bpy.types.Object]]) -> set[Place]:

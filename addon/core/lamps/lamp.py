@@ -13,9 +13,11 @@ POINTLIKE = 1e-6            # angular radius of a sun without a size: tells its 
 
 # m12 is row 1, column 2 of the matrix: RNA has the columns first
 VARIABLES = {f"m{row}{column}": f"matrix_world[{column}][{row}]" for row in range(3) for column in range(4)}
+VARIABLES |= {name: name for name in ("hide_viewport", "hide_render")}
 VARIABLES |= {"energy": "data.energy", "exposure": "data.exposure", "angle": "data.angle",
               "radius": "data.shadow_soft_size", "width": "data.size", "height": "data.size_y"}
 
+VISIBILITY = "(1 - hide_viewport * hide_render)"   # expression: 0 where a lamp is in no picture
 _POSITION = "m03", "m13", "m23"
 _LENGTH = "max(sqrt(m02 * m02 + m12 * m12 + m22 * m22), 1e-30)"
 _TOWARD = f"m02 / {_LENGTH}", f"m12 / {_LENGTH}", f"m22 / {_LENGTH}"

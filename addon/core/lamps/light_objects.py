@@ -36,13 +36,20 @@ def get_light(item: bpy.types.Object) -> bpy.types.Light:
     return cast(bpy.types.Light, item.data)
 
 
+def is_animated(data: bpy.types.ID) -> bool:
+    """Whether a data-block itself has an action, drivers or strips."""
+    animation = data.animation_data
+    return animation is not None and (animation.action is not None or len(animation.drivers) > 0
+                                      or len(animation.nla_tracks) > 0)
+
+
 def shining(layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
-    """The lights of a view layer that are visible in the viewport or rendered."""
+    """The lights of a view layer that are visible in the viewport or rendered, now or maybe at another frame."""
     return [item for item in light_objects() if item.visible_get(view_layer=layer) or is_rendered(item, layer)]
 
 
 def is_rendered(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> bool:
-    if item.hide_render:
+    if item.hide_render and not is_animated(item):
         return False
     key = layer.id_data.session_uid, layer.name
     if key not in _rendered:

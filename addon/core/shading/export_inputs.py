@@ -11,6 +11,7 @@ from ....fitter.arrays import FloatArray
 from ....fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb, luminance
 from ....fitter.imaging.pictures import srgb
 from ..annotations import not_none
+from ..blender.node_trees import displayed_name
 from ..blender.previews import image_pixels
 from ..storage.reading import scene_colours
 
@@ -67,7 +68,7 @@ def read(socket: bpy.types.NodeSocket) -> Product:
         product = Product(first.constant * second.constant, first.pictures + second.pictures)
     else:
         raise ValueError(f"{socket.name}: a constant, an image or their product is exported, and not what the node "
-                         f"{node.label or node.name} makes")
+                         f"{displayed_name(node)} makes")
     return _as_number(socket, product) if socket.type == "VALUE" else product
 
 

@@ -22,6 +22,7 @@ from ....fitter.colours import DEFAULT_COLOURS, conversion
 from ....fitter.cycles.principled_bsdf import DIELECTRIC, Principled
 from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
+from ..blender.node_trees import displayed_name
 from ..storage.outcomes import Surface
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
@@ -42,6 +43,7 @@ _INPUTS_OF_USD = ((_LEVEL_INPUT, 0.5), ("IOR", 1.5))      # where links are not 
 NOT_EVERYWHERE = "In "                  # how a loss begins that not all formats have
 _HUE = 0.05                             # of a tint, largest less smallest over largest: less is grey
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
+_MOST_REFLECTED = 0.996                 # along the normal, by an index of 1000, which is the most that Blender takes
 _SMOOTH_ROUGHNESS = 0.3                 # roughness below which reflections are seen as such
 
 _Read = Callable[[bpy.types.NodeSocket], FloatArray]
@@ -114,6 +116,7 @@ def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
     values, lost, tint = _blend_values(node, material, read, fitted), _list_losses(node), np.ones(3)
     for name in ("Tint", "Strength"):
         tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
+    tint = np.maximum(tint, 0)              # as renderers take it
     if values:
         _multiply(values, tint, lost)
     return Evaluated(values, tint, read, lost, pictures[0].node if pictures else None)
@@ -275,7 +278,7 @@ def _list_losses(node: bpy.types.Node) -> list[str]:
     source = None if normal is None else normal_map(normal)
     if normal is not None and normal.is_linked and source is None:
         lost.append("Normal: a Normal Map node in tangent space is exported, and not "
-                    f"{not_none(normal.links)[0].from_node.name}")
+                    f"{displayed_name(not_none(not_none(normal.links)[0].from_node))}")
     elif source is not None and source.node.inputs["Strength"].default_value != 1:
         lost.append(f"{NOT_EVERYWHERE}USD the normal map has a Strength of 1")
     if "Tangent" in node.inputs:
@@ -407,7 +410,8 @@ def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
     # UsdPreviewSurface has no level: an index alone tells how bright highlights are
     if all(_socket(node, name) != node.inputs[name] for name, _ in _INPUTS_OF_USD):
         level = np.array(_socket(node, _LEVEL_INPUT).default_value)
-        node.inputs["IOR"].default_value = float(reflectance_to_index(2 * DIELECTRIC * level))
+        reflected = np.minimum(2 * DIELECTRIC * level, _MOST_REFLECTED)
+        node.inputs["IOR"].default_value = float(reflectance_to_index(reflected))
 
 
 def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:

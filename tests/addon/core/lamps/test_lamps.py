@@ -158,6 +158,21 @@ def test_a_lamp_that_is_hidden_in_the_viewport_is_followed_in_the_render(blender
     assert seen[0][0, :3] == pytest.approx((1, 2, 3))
 
 
+@pytest.mark.parametrize("is_enabled", [True, False])
+@pytest.mark.parametrize("hidden", [("hide_render",), ("hide_viewport",), ("hide_render", "hide_viewport")])
+def test_a_lamp_that_appears_in_an_animation_is_known_when_it_does(blender, scene, hidden, is_enabled, tmp_path, tree):
+    """It is in no picture before only where it is hidden in both ways."""
+    lamp = add_lamp("POINT", 4 * math.pi, shadow_soft_size=0)
+    for name in hidden:
+        for frame, is_hidden in ((1, True), (6, False)):
+            setattr(lamp, name, is_hidden)
+            lamp.keyframe_insert(name, frame=frame)
+    scene.frame_set(1)
+    with nullcontext() if is_enabled else unregistered():
+        seen = seen_in_frames(scene, tmp_path, lambda depsgraph: known(tree, depsgraph)[:, 4].tolist())
+    assert seen == {1: [0 if len(hidden) == 2 else pytest.approx(1)], 6: [pytest.approx(1)], 11: [pytest.approx(1)]}
+
+
 def test_a_lamp_that_is_gone_leaves_its_last_values_and_no_driver(blender, scene, tree):
     lamp = add_lamp("POINT", 10)
     linear(lamp, "location", (1, (1, 2, 3)), (11, (4, 5, 6)))

@@ -141,8 +141,15 @@ def test_materialx_has_the_fitted_surface(blender, material, tmp_path, name):
         pytest.skip("this Blender offers MaterialX and writes none: 4.2 as a Python module")
     assert 'info:id = "ND_open_pbr_surface_surfaceshader"' in text
 
-    def number(*names):
-        return float(next(match[1] for name in names if (match := re.search(rf"inputs:{name} = ([-.\de]+)\n", text))))
+    def number(name, shader=""):
+        """The value of an input, worked out of the nodes that Blender 4.5 writes for it."""
+        inputs = text[text.index(f'def Shader "{shader}"'):] if shader else text
+        value = re.search(rf"inputs:{name}(?: = ([-.\de]+)|.connect = .*[/:](\w+?)(?:_out>|.outputs:out>))\n", inputs)
+        if value[1] is not None:
+            return float(value[1])
+        kind = re.search(r'info:id = "ND_(\w+)_float"', text[text.index(f'def Shader "{value[2]}"'):])[1]
+        return {"constant": lambda node: number("value", node),
+                "multiply": lambda node: number("in1", node) * number("in2", node)}[kind](value[2])
 
     def color(name):
         return [float(part) for part in re.search(rf"color3f inputs:{name} = \((.*)\)", text)[1].split(",")]
@@ -375,6 +382,17 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx((0, 0, 0), abs=EXACT)
 
 
+@pytest.mark.parametrize(("strength", "reflected"), [(-1, 0), (-1e30, 0), (1000, 1), (1e30, 1)])
+def test_an_impossible_strength_is_exported_black_or_white(material, strength, reflected):
+    update(material, CLOTH)
+    node, export = group_node(material), exported_node(material)
+    node.inputs["Strength"].default_value = strength
+    follow(material)
+    assert highlight(export.inputs["IOR"].default_value) == pytest.approx(reflected, abs=5e-3)
+    assert [*export.inputs["Base Color"].default_value, *material.diffuse_color[:3]] == [
+        *[reflected] * 3, 1, *[reflected] * 3]
+
+
 def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, material, tmp_path, capfd):
     update(material, CLOTH)
     node = group_node(material)
@@ -467,6 +485,18 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     seen = capfd.readouterr().out
     blender.context.preferences.addons.remove(added)
     assert all(f"WARNING: {material.name}: {line}" in seen for line in told)
+
+
+def test_a_group_is_told_by_the_name_that_the_editor_shows(blender, material):
+    update(material, CLOTH)
+    tree, inside = material.node_tree, blender.data.node_groups.new("Flakes", "ShaderNodeTree")
+    inside.interface.new_socket("Normal", in_out="OUTPUT", socket_type="NodeSocketVector")
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = inside
+    for name in ("Tint", "Normal"):
+        tree.links.new(node.outputs[0], group_node(material).inputs[name])
+    follow(material)
+    assert [line.split()[-2:] for line in export_surface.losses(material)] == [["Flakes", "makes"], ["not", "Flakes"]]
 
 
 def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(blender, material, tmp_path):
