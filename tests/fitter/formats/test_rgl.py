@@ -7,7 +7,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
-from support.anisotropic_instruments import unit
+from support.anisotropic import unit
 
 FOLDER = checkout.measurements() / "rgl"
 GOLDEN = sorted(path for path in FOLDER.glob("*_rgb.bsdf") if "aniso" not in path.name)

@@ -14,7 +14,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
-from support.anisotropic_instruments import unit
+from support.anisotropic import unit
 
 FILE = checkout.measurements() / "rgl" / "synthetic_aniso_rgb.bsdf"
 real = pytest.mark.skipif(not FILE.is_file(), reason=f"{FILE} is absent")

@@ -10,8 +10,7 @@ from fitter.formats import rgl
 from fitter.methods import extrapolation, regression_kriging
 from support.cases import quick, release
 from support.checkout import measurements
-from support.mirrors import ratios_to_samples
-from support.rims import Clipped, albedo, error
+from support.faults import Clipped, albedo, error, ratios_to_samples
 
 
 @pytest.fixture(scope="module")
