@@ -114,6 +114,8 @@ class FromFolder(properties.FitChoices, AsksForPath):
     def checked_folder(self) -> str:
         """The path of the folder; an error if it has no files that may hold measurements. Folders in it that have some
         are reported: they are passed over."""
+        if not self.directory:
+            raise ValueError("no folder is named: the path is empty")
         folder = bpy.path.abspath(self.directory)
         if not Path(folder).is_dir():
             raise ValueError(f"{folder}: not a folder")

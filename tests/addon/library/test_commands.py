@@ -10,7 +10,6 @@ import pytest
 from support import checkout, command
 from support.operators import methods
 
-
 CRASHES_AT_EXIT = """
 import ctypes, runpy, sys
 libc = ctypes.CDLL(None)
