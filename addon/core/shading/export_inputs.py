@@ -36,7 +36,6 @@ class Picture(NamedTuple):
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """Identifies what it shows."""
         image: Any = self.node.image
         return image.name, tuple(image.size), self.output, self.is_grey, self.placement
 
@@ -74,8 +73,8 @@ def read(socket: bpy.types.NodeSocket) -> Product:
 
 
 def texels(pictures: Sequence[Picture], size: int = 0) -> dict[Picture, FloatArray]:
-    """The linear values of pictures in the open file's colour space: (height, width, 3), of `size` by `size` or of the
-    size of the largest one; of those that lie otherwise than the first, their mean, (3,)."""
+    """The linear values of pictures in the open file's colour space, (height, width, 3), of `size` by `size` or as the
+    largest; of those that lie otherwise than the first the mean, (3,)."""
     largest = np.max([each.node.image.size for each in pictures], axis=0)
     height, width = (size, size) if size else np.minimum(largest, LARGEST)[::-1]
     values = {each: _linear(each, height, width) for each in pictures}
@@ -102,8 +101,7 @@ def linear_colours(image: bpy.types.Image, stored: FloatArray) -> FloatArray:
 
 
 def stored_colours(linear: FloatArray) -> FloatArray:
-    """What an image of 8 bits stores of linear colours in the open file's space, (..., 3): the inverse of
-    `linear_colours`."""
+    """The inverse of `linear_colours`, for an image of 8 bits: (..., 3)."""
     return srgb(linear @ conversion(scene_colours() or DEFAULT_COLOURS, DEFAULT_COLOURS).T)
 
 
