@@ -38,12 +38,10 @@ def _pbrt(pattern, tail=b""):
 
 
 def _merl(number):
-    """A MERL file of full size, all numbers the same."""
     return struct.pack("<3i", 90, 90, 180) + struct.pack("<d", number) * (3 * 90 * 90 * 180)
 
 
 def _rgl(**change):
-    """A small RGL file with other arrays."""
     return tensor_files.pack(tensor_files.material() | change)
 
 
@@ -63,7 +61,6 @@ def _zemax(azimuths, radials, value=b"1 "):
 
 
 def _saved(count):
-    """A small file of so many samples of one value."""
     header = {"format": "measured-brdf-samples", "version": 1, "name": "", "source": "", "notes": [],
               "channels": list("RGB"), "isotropic": True}
     return npz.to_bytes({"samples": np.array(json.dumps(header)), "directions": np.full((4, count), 0.5, np.float32),

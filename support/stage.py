@@ -83,7 +83,6 @@ def rotation_toward(location, target=(0, 0, 0)):
 
 
 def look(location, target=(0, 0, 0), lens=50):
-    """Make the camera of the scene one with perspective, that looks from a place to another."""
     camera = bpy.context.scene.camera
     camera.data.type, camera.data.lens = "PERSP", lens
     camera.location, camera.rotation_euler = location, rotation_toward(location, target)

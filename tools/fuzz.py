@@ -117,7 +117,6 @@ def _text(*head, table, form=".6f", separator=","):
 
 
 def _saved(numbers):
-    """Samples as they are saved, with a deviation."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "saved.npz"
         saved_samples.write(fitter.Samples(*numbers[:, :4].T, numbers[:, 4:], ("R", "G", "B"), "made", notes=("made",),
@@ -135,7 +134,6 @@ def _uncounted(astm):
 
 
 def _matlab(rng, deflated, count=30):
-    """A paint file by SciPy."""
     from scipy.io import savemat
 
     vectors = rng.standard_normal((2, count, 3))

@@ -86,7 +86,6 @@ def _interpreter(version):
 
 
 def _tools():
-    """The packages that tests need beside Blender, as pyproject.toml pins them."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     return [pin for pin in groups["test"] if isinstance(pin, str)]
 

@@ -106,7 +106,6 @@ def at_hand(names=()):
 
 
 def of_rgl(name):
-    """A file of RGL."""
     path = measurements() / "rgl" / f"{name}.bsdf"
     content = Path(path).read_bytes()
     net = neural.published(path.parent / "nbrdf_nets.npz", name)
