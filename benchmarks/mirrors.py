@@ -31,7 +31,7 @@ def main():
         samples = fitter.load(path)
         fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
         if path.parent.name == "rgl":
-            function = Clipped(rgl.read_table(path, path.read_bytes()))
+            function = Clipped(rgl.read_table(path.read_bytes()))
             above, below = ratios_to_function(fit, function, samples.values.max(axis=0))
         else:
             above, below = ratios_to_samples(fit, samples)

@@ -21,9 +21,8 @@ import fitter
 from fitter.methods.prior import lambertian
 from fitter.photographs.ball import measuring
 from fitter.photographs.ball.coverage import are_covered
-from fitter.photographs.ball.measuring import scale_samples
+from fitter.photographs.ball.measuring import gather_samples, place_photographs, scale_samples
 from fitter.photographs.ball.photograph import measure_pixels
-from fitter.photographs.ball.samples import gather_samples, place_photographs
 from fitter.photographs.description.parsing import parse
 from fitter.quality.cross_validation import cube_root
 from fitter.samples import choice, subset

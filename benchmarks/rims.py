@@ -42,7 +42,7 @@ def main():
     folder = measurements()
     for stem in RGL:
         path = folder / "rgl" / f"{stem}.bsdf"
-        table = Clipped(rgl.read_table(path, path.read_bytes()))
+        table = Clipped(rgl.read_table(path.read_bytes()))
         golden = np.loadtxt(path.with_name(f"golden_{stem}.csv"), delimiter=",")
         wanted = albedo(table, _DEGREES)
         for preset, fit, seconds in _fits(path, presets):

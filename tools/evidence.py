@@ -30,7 +30,7 @@ _BLOCK = re.compile(rf"<!-- evidence: ([\w-]+)(?: (\w+))? -->(.*?){re.escape(END
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
 _WINDOW = "addon", "tools/window"
-_OF_BALLS = (*FITS, *(f"fitter/photographs/{room}" for room in ("ball", "description", "pictures", "rig")),
+_OF_BALLS = (*FITS, *(f"fitter/photographs/{room}" for room in ("ball", "description", "pictures.py", "rig")),
              "fitter/imaging/picture_files.py",
              "benchmarks/photographs.py", "benchmarks/report/baselines/ggx.py", "support/ball_scene.py")
 _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window` looks for it

@@ -11,7 +11,7 @@ from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging.pictures import srgb
-from ...fitter.photographs.compared import Part, area_means, read_compared
+from ...fitter.photographs.capture import Part, area_means, read_compared
 from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.description.parsing import parse
 from ..core.annotations import not_none

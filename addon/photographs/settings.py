@@ -68,7 +68,7 @@ class MeasuredPhotograph(bpy.types.PropertyGroup):
                               description="Of this lamp beside the others, where these are of a flat sample")
     picture: PointerProperty(name="Picture", type=bpy.types.Image)              # behind the camera's view
     comparison: PointerProperty(name="Comparison", type=bpy.types.Image)        # with the ball as it was rendered
-    difference: FloatProperty(name="Difference")        # as `fitter.photographs.compared` defines it
+    difference: FloatProperty(name="Difference")        # as `fitter.photographs.capture` defines it
 
 
 def _show_active(settings: Any, context: bpy.types.Context) -> None:

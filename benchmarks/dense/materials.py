@@ -109,7 +109,7 @@ def of_rgl(name):
     path = measurements() / "rgl" / f"{name}.bsdf"
     content = Path(path).read_bytes()
     net = neural.published(path.parent / "nbrdf_nets.npz", name)
-    return Opened(rgl.read(path, content), rgl.read_table(path, content), {NEURAL: Turned(net), TURNED: net},
+    return Opened(rgl.read(content), rgl.read_table(content), {NEURAL: Turned(net), TURNED: net},
                   {TABLE: len(content)})
 
 
@@ -117,4 +117,4 @@ def of_merl(name):
     """A material of MERL, as a file that is made of its net."""
     folder = measurements() / "merl"
     net = neural.published(folder / "nbrdf_nets.npz", name)
-    return Opened(read(f"{name}.binary", merl_files.of_model(net)), net, {MICROFACET: published.find(name).model})
+    return Opened(read(merl_files.of_model(net)), net, {MICROFACET: published.find(name).model})

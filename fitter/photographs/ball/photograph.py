@@ -35,17 +35,12 @@ class BallPhotograph(Photograph):
     ----------
     centre : (3,) float64
         Of the ball, metres.
-    radius : float
-        Of the ball, metres.
-    lamp_radius : float
-        Of a lamp that is a ball, metres.
+    radius, lamp_radius : float
+        Of the ball, and of a lamp that is a ball, metres.
     noise
         By default it is estimated from the pixels.
 
-    Raises
-    ------
-    DatasetError
-        Also if camera or lamp are in the ball.
+    Raises DatasetError also if camera or lamp are in the ball.
     """
 
     centre: FloatArray

@@ -32,13 +32,10 @@ def read(path: str | Path) -> CaptureSetup:
     """
     path = Path(path)
     if path.is_dir():
-        found = descriptions_in(path)
-        if len(found) != 1:
-            raise DatasetError(
-                f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one of them" if found
-                else "a folder without a description: expected light positions (.lp) beside the photographs, or a "
-                     "description in TOML", path)
-        path = found[0]
+        folder, path = path, find_description(path)
+        if path == folder:
+            raise DatasetError("a folder without a description: expected light positions (.lp) beside the photographs, "
+                               "or a description in TOML", folder)
     if path.suffix.lower() == light_positions.SUFFIX:
         return parse({"name": path.absolute().parent.name or path.stem, "camera": {"position": "far"},
                       "ball": {"centre": "outline"}, "lamp": {"positions": path.name}, "scale": {"albedo": GUESS}},
@@ -199,14 +196,20 @@ def _group_by_suffix(pictures: tuple[Path, ...]) -> list[tuple[Path, ...]]:
     return [pictures, *(tuple(each for each in pictures if each.suffix == kind) for kind in kinds)]
 
 
-def descriptions_in(folder: Path) -> list[Path]:
-    """The descriptions in a folder, or where there are none its light positions."""
+def find_description(folder: Path) -> Path:
+    """The only description in a folder, else its only light positions, or itself where there is neither."""
     try:
         files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))
     except OSError as error:
         raise DatasetError(f"cannot be read: {error.strerror or error}", folder) from error
-    found = ([each for each in files if each.suffix.lower() == suffix] for suffix in SUFFIXES)
-    return next(filter(None, found), [])
+    for suffix in SUFFIXES:
+        found = [each for each in files if each.suffix.lower() == suffix]
+        if len(found) > 1:
+            raise DatasetError(f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one "
+                               "of them", folder)
+        if found:
+            return found[0]
+    return folder
 
 
 def pictures_in(folder: Path) -> tuple[Path, ...]:

@@ -20,7 +20,7 @@ from ...errors import DatasetError
 from ...model.fit import Fit
 from ...samples import Samples
 from ..description.capture_setup import MOST_MATERIALS
-from ..pictures.light import check_bright
+from ..pictures import check_bright
 from ..rig.photograph import check_alike, mean_of_neighbours
 from .materials import MOST_TEXELS, materials_found
 from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, shading_geometry
@@ -100,10 +100,9 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     Parameters
     ----------
     photographs : sequence of FlatPhotograph
-        Of one sample, two or more.
+        Two or more.
     corners : (4, 3) array_like
-        Of the sample, metres, counter-clockwise as the camera sees it; the first is at texel (0, 0), the second at the
-        end of its row.
+        Metres, counter-clockwise as the camera sees the sample, from that at texel (0, 0) along its row.
     shape : (h, w)
         Texels.
     fits : sequence of Fit, or int
@@ -113,14 +112,10 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat. A texel
     that has eight pixels or more along both axes is their mean.
 
-    Raises
-    ------
-    DatasetError
-        If there are fewer than two photographs, their sizes differ, one is black, corners are crossed, clockwise or not
-        in a plane, a lamp is behind the sample, no texel is seen in two photographs, or too few for materials to be
-        found in them.
-    ValueError
-        If the materials are too many or anisotropic, or their channels are not those of the photographs.
+    Raises DatasetError if there are fewer than two photographs, their sizes differ, one is black, corners are crossed,
+    clockwise or not in a plane, a lamp is behind the sample, no texel is seen in two photographs, or too few for
+    materials to be found in them; ValueError if the materials are too many or anisotropic, or their channels are not
+    those of the photographs.
     """
     if len(photographs) < 2:
         raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "

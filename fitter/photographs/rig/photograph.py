@@ -36,10 +36,7 @@ class Photograph:
     name : str
         For messages: the file.
 
-    Raises
-    ------
-    DatasetError
-        If the arrays do not have these shapes or hold numbers that are not finite.
+    Raises DatasetError if the arrays do not have these shapes or hold numbers that are not finite.
     """
 
     radiance: RealArray

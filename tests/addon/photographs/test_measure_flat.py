@@ -58,7 +58,7 @@ def measured_once(extension, monkeypatch):
         return repr(arguments), *(Path(path).read_text("utf-8") for path in paths)
 
     work = extension.addon.photographs.work
-    remember(monkeypatch, work, ("find_sample_description", "measure_sample"), _measured, key)
+    remember(monkeypatch, work, ("find_scene", "measure_sample"), _measured, key)
 
 
 _measured = {}
@@ -202,7 +202,7 @@ def test_materials_are_looked_at_before_any_is_fitted(extension, written, monkey
     work = extension.addon.photographs.work
     monkeypatch.setattr(work.tasks, "outcome", lambda *_, **__: pytest.fail("fitted"))
     with pytest.raises(ValueError, match="brushed: anisotropic, expected materials that are isotropic"):
-        work.find_sample_description([str(path)], 0.1, 0, {}, {"colours": "Rec.709"})
+        work.find_scene([str(path)], {"sample": {}}, 0, {}, {"colours": "Rec.709"})
 
 
 @pytest.mark.parametrize(("name", "message"), [

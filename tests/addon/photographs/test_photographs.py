@@ -39,8 +39,8 @@ def written(openimageio, scenes, tmp_path_factory):
 @pytest.fixture(autouse=True)
 def few_samples(extension, monkeypatch):
     """The place of the next lamp is found by few samples: `tests/fitter/photographs` has it in earnest."""
-    for name in ("_SAMPLES", "_JUDGED"):
-        monkeypatch.setattr(extension.fitter.photographs.ball.advice, name, 200)
+    monkeypatch.setattr(extension.fitter.photographs.ball.coverage, "_SAMPLES", 200)
+    monkeypatch.setattr(extension.fitter.photographs.report, "_FITTED", 200)
 
 
 @pytest.fixture
@@ -328,7 +328,7 @@ def test_pictures_that_are_chosen_are_grouped_by_their_exposures(chosen):
     assert settings.camera.data.angle_x == pytest.approx(2 * np.arctan(18 / 210), rel=1e-5)
     assert settings.scale == "albedo"
     ball_files.write_picture(chosen[0], np.ones((SIZE // 2, SIZE, 3)))
-    refused(choose, "photographs of several sizes found: 64 x 64, 64 x 32", paths=chosen)
+    refused(choose, "photographs of several sizes found: ball1_0.5.exr 64 x 64, ball10_0.5.exr 64 x 32", paths=chosen)
 
 
 def test_lamps_that_nobody_has_placed_are_not_measured(chosen):
@@ -470,7 +470,7 @@ def test_what_is_deleted_while_it_is_measured_is_not_missed(opened, monkeypatch,
 @pytest.fixture
 def once(extension, monkeypatch):
     """What the workers measure, worked out once: the lines of it are not those that fail here."""
-    remember(monkeypatch, extension.addon.photographs.work, ("find_description", "find_places", "measure_ball"), {})
+    remember(monkeypatch, extension.addon.photographs.work, ("find_scene", "find_places", "measure_ball"), {})
 
 
 @pytest.mark.parametrize("name", quick(["measure_photographs", "fit_outline", "measure_ball", "measure_ball again"],

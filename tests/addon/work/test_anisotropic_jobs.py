@@ -18,12 +18,6 @@ def data(tmp_path):
     return tasks.read(str(path), None)
 
 
-def test_a_file_that_is_read_as_isotropic_is_other_measurements(data):
-    again = tasks.read(data.measured.path, None, how={"isotropic": True})
-    assert again.digest != data.digest
-    assert (again.description.rotations, data.description.rotations.count) == (None, 6)
-
-
 @release
 def test_the_panel_draws_the_tangent_and_thumbnails_do_not(data, tmp_path):
     drawn = tasks.lit_sphere(FitRequest(data, CHEAP), None)

@@ -19,7 +19,7 @@ def of_rgl():
         path = measurements() / "rgl" / f"{stem}_rgb.bsdf"
         if not path.is_file():
             pytest.skip(f"{path.name} is absent from {path.parent}")
-        return fitter.load(path), Clipped(rgl.read_table(path, path.read_bytes()))
+        return fitter.load(path), Clipped(rgl.read_table(path.read_bytes()))
     return opened
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs.flat import judging, map_files
+from fitter.photographs.flat import judging
 from fitter.photographs.flat.maps import evenly, sample_frame, texel_points
 from fitter.photographs.flat.photograph import observe
+from fitter.photographs.report import report_sample
 from support import flat_scene
 
 SHAPE, CORNERS = (24, 24), flat_scene.corners()
@@ -79,4 +80,4 @@ def test_more_light_than_arrives_is_told(shots, sample):
     dim = [replace(each, intensity=each.intensity / 20) for each in shots]
     for each, is_told in ((shots, False), (dim, True)):
         maps = fitter.maps_from_flat(each, CORNERS, (8, 8), sample.fits)
-        assert any("More light leaves than arrives" in line for line in map_files.report(maps, each).doubts) == is_told
+        assert any("More light leaves than arrives" in line for line in report_sample(maps, each).doubts) == is_told
