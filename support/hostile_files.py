@@ -1,9 +1,7 @@
 """Files made to hang, to exhaust memory or to confuse, on every path that a user may send them.
 
-`python -m fitter info`, what the panel does with a chosen file, `python -m fitter fit --preset Draft`, and
-`python -m fitter bake` of the fit that comes of it; saved fits go through `info` and `bake`. Each in a process of its
-own, so that processor time and peak memory are the operating system's figures; those of the same path with a file of
-one row, or with a fit that is in order, are subtracted.
+Each path runs in a process of its own, so that processor time and peak memory are the operating system's figures; those
+of the same path with a file of one row, or with a fit that is in order, are subtracted.
 """
 
 import json

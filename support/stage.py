@@ -89,10 +89,7 @@ def look(location, target=(0, 0, 0), lens=50):
 
 
 def add_sphere(segments=256, rings=128):
-    """A unit sphere with a UV map, round to a thousandth, as the active object.
-
-    It is that of Blender's operator, which takes three seconds for it.
-    """
+    """A unit sphere with a UV map, as the active object: that of Blender's operator, which takes three seconds."""
     turn, down = np.meshgrid(np.arange(segments) / segments, np.arange(1, rings) / rings)
     theta, phi = math.pi * down.ravel(), 2 * math.pi * turn.ravel() - math.pi
     points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)

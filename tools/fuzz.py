@@ -1,10 +1,8 @@
 """How the readers treat damaged and hostile files: ``python -m tools.fuzz``.
 
-A case is a file of one of the formats, real where the measurements are at hand, put through up to four mutations. Its
-number makes it again: ``python -m tools.fuzz 1 123`` is the case 123 alone, without the hostile files. `check` holds
-what is promised of every one: a `DatasetError` that names the file, or finite numbers within the limits of `Samples`;
-and no more than `SECONDS` and `MEMORY` times the file. Of the formats in `NAIVE`, the numbers are those that a naive
-reading of the same bytes finds.
+A case is a file of one of the formats, put through up to four mutations. Its number makes it again: ``python -m
+tools.fuzz 1 123`` is the case 123 alone, without the hostile files. `check` holds what docs/robustness.md promises of
+every one; of the formats in `NAIVE`, the numbers are those that a naive reading of the same bytes finds.
 """
 
 import argparse
