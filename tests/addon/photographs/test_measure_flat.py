@@ -287,14 +287,14 @@ def test_an_error_anywhere_changes_nothing(scene, few, capfd, compared_at_once, 
 @pytest.mark.parametrize("name", ["import", "measure"])
 def test_an_interruption_changes_nothing(extension, scene, few, monkeypatch, name):
     """Ctrl C while data is made."""
-    from measured_brdf.addon.photographs import flat
+    from measured_brdf.addon.photographs import flat, operators
     from measured_brdf.addon.photographs import stage as made
 
     def interrupt(*_):
         raise KeyboardInterrupt
 
     bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(few))
-    operator, shared = {"import": (flat.MEASUREDBRDF_OT_measure_sample_photographs, flat.MakesScene),
+    operator, shared = {"import": (operators.MEASUREDBRDF_OT_measure_sample_photographs, operators.MakesScene),
                         "measure": (flat.MEASUREDBRDF_OT_measure_sample, flat.HasPhotographs)}[name]
     driven_operator = driven(operator, shared, filepath=str(few), directory="", files=(), width=0.1, exposures=0)
     monkeypatch.setattr(made, "camera_pose", interrupt)

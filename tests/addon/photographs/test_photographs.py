@@ -56,7 +56,7 @@ def describe():
     """The description that the open scene stands for."""
     from measured_brdf.addon.photographs import describing
 
-    return describing.describe_scene(bpy.context.scene)
+    return describing.describe_scene(bpy.context.scene.measured_brdf_photographs)
 
 
 def pixel(place):
