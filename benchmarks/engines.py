@@ -1,13 +1,8 @@
-"""Closure nodes beside the exact rendering: in Cycles without OSL, and in EEVEE.
+"""Closure nodes beside the exact rendering, in Cycles without OSL and in EEVEE (docs/engines.md).
 
-``python -m benchmarks.engines [--out FOLDER]`` prints two tables, and writes a sheet of spheres.
-
-- What goes wrong by integration: the share of the reflected light in wrong directions, in the mean over the viewing
-  angles and at the worst up to 80 degrees; and the largest difference of the nodes' albedo from the fit's.
-- Spheres under a sun of a degree and a 2 m area lamp, beside Exact of many samples: the difference of the mean, and
-  FLIP as `benchmarks.dense.image_errors` has it. FLIP of Exact of as few samples tells what noise alone does.
-
-EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri).
+``python -m benchmarks.engines [--out FOLDER]``. What goes wrong by integration, and spheres beside Exact of many
+samples; FLIP of Exact of as few tells what noise alone does. EEVEE needs OpenGL: Mesa's in software will do (on Debian:
+libegl-mesa0 and libgl1-mesa-dri).
 """
 
 import argparse

@@ -1,27 +1,7 @@
 """Ordinary scenes, of several measured materials: noise, time, dark specks and fireflies beside a Principled BSDF.
 
-``python -m benchmarks.ordinary [--scenes spheres car]`` prints the table of docs/rendering.md. Each scene is rendered
-with Principled BSDFs of like appearance and with measured materials: of the preset Standard, Exact and Nodes. A scene
-of which a material is absent is left out. Noise, median, time and denoised are ratios to Principled's in the same run.
-
-noise, median
-    Standard deviation at 64 samples over the picture's mean, from pictures of several seeds: the root mean square over
-    all pixels, and that of the median pixel.
-time
-    The processor's, for the samples alone: the difference between two sample counts.
-noise at equal time
-    The first by the root of the third.
-below 0
-    Pixels with a negative channel, in one picture of 16, of 64 and of 256 samples; and the least value over the mean.
-largest
-    The largest value of 64 samples over the largest of the 5 x 5 pixels around it in all samples together.
-dark, bright
-    Pixels of one picture of 64 samples that are darker than .35 of the median of the 5 x 5 pixels around them, or
-    brighter than 3 times it, where the converged picture is not.
-denoised
-    Error of 64 samples after OpenImageDenoise.
-mean
-    Of all samples, to that of the same with Exact Everywhere.
+``python -m benchmarks.ordinary [--scenes spheres car]`` prints the table of docs/rendering.md, which says what its
+columns are. A scene of which a material is absent is left out.
 """
 
 import argparse

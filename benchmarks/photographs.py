@@ -2,15 +2,9 @@
 
     python -m benchmarks.photographs [NAME ...]     some minutes; the names of materials choose
 
-The photographs have 120 x 120 pixels and 1 % of noise, and are fitted by the preset Standard. Errors are root mean
-squares of the difference of cube roots of cosine-weighted values, as shares of those of the truth, at the directions of
-`harness.judging`: at those that photographs cover (`fitter.photographs.coverage`), and at all. FLIP is that of the ball
-under a lamp that was not used. The last columns say by how much, in the same measure at covered directions, the result
-changes where the ball is one pixel beside its place, or each lamp one degree.
-
-Of the real gray ball nobody knows the truth: each of its twelve photographs is predicted by a fit to ten of the others.
-Errors are root mean squares of the difference of radiances, as shares of those that were photographed, at the pixels
-that would be measured; the mean over the photographs, the least and the largest.
+docs/manual/measure-your-own.md says what the columns are. Of the real gray ball nobody knows the truth: each of its
+twelve photographs is predicted by a fit to ten of the others, and judged by the radiance at the pixels that would be
+measured.
 """
 
 import argparse

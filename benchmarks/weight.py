@@ -1,9 +1,7 @@
 """What a material weighs: ``python -m benchmarks.weight`` prints the growth of a .blend by eight materials, by part.
 
-Materials of the preset Standard of five samples of CURET and of three materials of Cornell, or of synthetic files in
-their formats. Each part is what the file shrinks by when it is taken away. An undo step is `ed.undo_push` with the
-materials less that without, the median of REPEATS; a lamp's move is the extension's update of its lamps and the
-dependency graph's.
+Each part is what the file shrinks by when it is taken away. An undo step is `ed.undo_push` with the materials less that
+without, the median of REPEATS; a lamp's move is the extension's update of its lamps and the dependency graph's.
 """
 
 import statistics

@@ -43,16 +43,7 @@ BAD = 3                     # the result is written, and judged bad in words; 2 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, by default that of the process. The exit code is 0, or 1 with a message on standard error;
-    `BAD`; or `interrupts.CANCELLED`.
-
-    Examples
-    --------
-    >>> from contextlib import redirect_stderr
-    >>> with redirect_stderr(sys.stdout):
-    ...     main(["info", "missing.dat"])
-    error: missing.dat: cannot be read: No such file or directory
-    1
-    """
+    `BAD`; or `interrupts.CANCELLED`."""
     try:
         prepare_terminal()
         options = build_parser().parse_args(arguments)

@@ -1,7 +1,5 @@
-"""The numbers that the shader and Python share, and those that tune the shader.
-
-Each is written here and nowhere else: Python imports it, and `cycles.bake` writes all of them into a shader's
-`baked_constants.h` as `#define NAME value`. What depends on a fit is not here; see `cycles.bake`.
+"""The numbers that the shader and Python share, and those that tune the shader: Python imports them, and `cycles.bake`
+writes all of them into a shader's `baked_constants.h` as `#define NAME value`. What depends on a fit is not here.
 
 Angles are in radians; a cosine, weight, share or probability has no unit. A threshold is *numerical* where any small
 number would do: it only keeps single precision away from a division by nothing.

@@ -40,7 +40,6 @@ _draw = entries((MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),
 
 
 def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    """Draw the entry by which the menu opens."""
     menu.layout.menu(MEASUREDBRDF_MT_menu.bl_idname, icon="MATERIAL")
 
 

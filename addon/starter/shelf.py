@@ -74,7 +74,6 @@ def toggle_favourite(name: str) -> bool:
 
 
 def tags() -> list[str]:
-    """The tags of the materials that are offered."""
     used = {tag for each in published.list_offered() for tag in each.tags}
     return [tag for tag in published.TAGS if tag in used]
 
@@ -118,7 +117,6 @@ def coming() -> set[str]:
 
 @cache
 def _disc() -> SingleArray:
-    """A grey disc, where a picture will be."""
     y, x = (np.indices((thumbnails.SIZE, thumbnails.SIZE)) + 0.5) / thumbnails.SIZE * 2 - 1
     shade = np.array([*[_PLACEHOLDER_GREY] * 3, 1], np.float32)
     return np.where((x ** 2 + y ** 2 < 1)[..., None], shade, np.float32(0))
@@ -203,6 +201,7 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     _icons.unregister()
+    nearest.clear()
     _failed.clear()
     _coming.clear()
     _undrawn.clear()

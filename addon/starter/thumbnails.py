@@ -48,7 +48,6 @@ class FolderEntry(NamedTuple):
 
     @property
     def has_picture(self) -> bool:
-        """Whether a thumbnail is made of it."""
         return not self.error and self.stamp[1] <= LARGEST_FITTED
 
 
@@ -110,7 +109,6 @@ def measurement_picture(found: FolderEntry, cache: str, how: Arguments) -> Singl
 
 
 def _cached_picture(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
-    """A picture from the disk, or drawn and put there."""
     name = hashlib.sha256(repr((versions.CURRENT, SIZE, *key)).encode()).hexdigest()[:24]
     path = folder / f"{name}.npy"
     with suppress(OSError, ValueError, EOFError):       # not there yet, or damaged

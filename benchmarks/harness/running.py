@@ -34,8 +34,7 @@ class Bench:
 
     name: str                   # of its package and its folder in `build`
     things: str                 # of what it judges, in results.json: "sets"
-    judge: Callable             # of a thing and a folder: its record, with a name, and files beside
-    is_whole: Callable          # of a record and a folder: whether its files are there
+    judge: Callable             # of a thing and a folder: its record, with a name, once its files are there
     rows: str                   # the entry of a record that has a row for each model
     error: str                  # the error that is told of each row
     show: Callable              # of the results: prints the tables
@@ -68,7 +67,7 @@ def main(bench, things, left_out, options):
     out.mkdir(parents=True, exist_ok=True)
     lines = out / "progress.jsonl"
     finished = {record["name"]: record for record in recorded(lines)
-                if options.resume and record["code"] == code and bench.is_whole(record, out)}
+                if options.resume and record["code"] == code}
     with replace_file(lines, "w") as stream:
         stream.writelines(json.dumps(record) + "\n" for record in finished.values())
     wanted = [each for each in things if each.name not in finished]

@@ -6,7 +6,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a proces
 
 from ..harness import running
 from . import sets
-from .bench import BENCH
+from .summary import BENCH
 
 
 def main():

@@ -86,13 +86,7 @@ class Value(NamedTuple):
 
 
 def find_unit(text: str) -> str | None:
-    """A unit by one of its names: deg, rad, 1/sr, %, %/sr, nm, um, or "" of none; None for what is no unit.
-
-    Examples
-    --------
-    >>> find_unit("degrees"), find_unit("sr^-1"), find_unit("sr\u207b\u00b9"), find_unit("\u00b5m"), find_unit("gold")
-    ('deg', '1/sr', '1/sr', 'um', None)
-    """
+    """A unit by one of its names: deg, rad, 1/sr, %, %/sr, nm, um, or "" of none; None for what is no unit."""
     bare = re.sub(r"[\s^*{}\u00b7\[\]()]", "", _fold(text).lower())
     return _UNITS.get(bare)
 
@@ -109,13 +103,7 @@ def _fold(text: str) -> str:
 
 @lru_cache(maxsize=4096)
 def parse(name: str) -> Name:
-    r"""Split a name into words and a unit.
-
-    Examples
-    --------
-    >>> parse("ThetaI [deg]").words, parse("\u03b8\u1d63 (\u00b0)").unit, parse("Incident Angle, deg")[:2]
-    (('theta', 'i'), 'deg', (('incident', 'angle'), 'deg'))
-    """
+    """Split a name such as ``ThetaI [deg]`` into words and a unit."""
     text = _fold(name[:_LONGEST]).strip()
     unit = None
     for pattern in (_BRACKETED, _UNIT_AFTER):

@@ -35,15 +35,6 @@ def variation(name: str, fit: Fit) -> dict[str, Any]:
     """The keyword arguments of `edited` for a variation of a fit as it was measured.
 
     Raises ValueError if `name` is not one of `VARIATIONS`.
-
-    Examples
-    --------
-    >>> from ..coordinates.nusselt import Nusselt
-    >>> from ..lattice import dense
-    >>> matte = Fit(Nusselt(), dense.DenseLattice(1, np.full((*dense.shape(1), 1), 0.5 / np.pi, dtype=np.float32)))
-    >>> wet = variation("wet", matte)
-    >>> [round(value, 3) for value in wet["diffuse"]], wet["coat"], variation("satin", matte)
-    ([0.689, 0.689, 0.689], 1.0, {'width': 2.0})
     """
     if name == "satin":
         return {"width": 2.0}

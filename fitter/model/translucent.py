@@ -50,15 +50,8 @@ class Translucent:
 
 
 def parse_words(words: Mapping[str, str]) -> Translucent:
-    """A material by `WORDS`; three numbers are separated by spaces or commas, and one counts for all.
-
-    Raises ValueError if a word is missing, or a number is none or out of range.
-
-    Examples
-    --------
-    >>> parse_words({"albedo": "0.8", "path": "1 0.5 0.2", "index": "1.4"}).subsurface.mean_free_path.tolist()
-    [1.0, 0.5, 0.2]
-    """
+    """A material by `WORDS`; three numbers are separated by spaces or commas, and one counts for all. Raises ValueError
+    if a word is missing, or a number is none or out of range."""
     given = WORDS | {name: text.strip() for name, text in words.items() if name in WORDS and text and text.strip()}
     index, width = (_numbers(name, given[name], 1)[0] for name in ("index", "width"))
     if not SURFACE_WIDTHS[0] <= width <= SURFACE_WIDTHS[1]:

@@ -108,24 +108,12 @@ def _lightness(samples: Samples, values: FloatArray) -> FloatArray:
 
 
 def grade(error: float, limits: tuple[float, ...]) -> str:
-    """One of `GRADES`; `UNJUDGED` of what is no error: `UNKNOWN`, or not a number.
-
-    Examples
-    --------
-    >>> grade(0.2, MATCH_LIMITS), grade(99.0, MATCH_LIMITS), grade(UNKNOWN, MATCH_LIMITS)[:10]
-    ('excellent', 'poor', 'not judged')
-    """
+    """One of `GRADES`; `UNJUDGED` of what is no error: `UNKNOWN`, or not a number."""
     return GRADES[sum(error > limit for limit in limits)] if error >= 0 else UNJUDGED
 
 
 def grade_message(what: str, error: float, limits: tuple[float, ...]) -> Judgement:
-    """What has an error, in words with its grade. It is bad where the grade is the worst, or there is none.
-
-    Examples
-    --------
-    >>> grade_message("The photograph is predicted within 383%", 3.83, PREDICTED_LIMITS)
-    Judgement(words='The photograph is predicted within 383%: poor', is_bad=True)
-    """
+    """What has an error, in words with its grade. It is bad where the grade is the worst, or there is none."""
     found = grade(error, limits)
     return Judgement(f"{what}: {found}", found in (GRADES[-1], UNJUDGED))
 

@@ -9,7 +9,7 @@ import pytest
 
 from fitter.model.fit import Fit
 from support import stage
-from support.anisotropic import brushed_fit, ggx, vectors
+from support.anisotropic import brushed_fit, ggx_lobe, vectors
 from support.cases import quick, release
 from support.made_fits import MADE_FITS
 from support.spheres import normals, radial, turned_tangents
@@ -78,7 +78,7 @@ class Glossy:
     """What Blender's Glossy BSDF renders with a roughness of 0.5 and an anisotropy of 0.6."""
 
     def evaluate(self, *directions):
-        return ggx(*vectors(*np.broadcast_arrays(*directions)), 0.25 * 0.4, 0.25 / 0.4)[:, None]
+        return ggx_lobe(*vectors(*np.broadcast_arrays(*directions)), 0.25 * 0.4, 0.25 / 0.4)[:, None]
 
 
 @pytest.mark.parametrize("rotation", quick([0.0, 0.1], 0.1))

@@ -72,7 +72,7 @@ def _chrome(_curet, cornell):
     """A peak of a degree, of 1e5 / sr, in coordinates that are stretched as far as they can be."""
     cornell("cayman")           # skips where no measurements are at hand
     content = merl_files.of_model(truths.neural("merl", "chrome"), 45)
-    return fitter.fit(merl.read("chrome.binary", content), **fitter.PRESETS["Standard"])
+    return fitter.fit(merl.read(content), **fitter.PRESETS["Standard"])
 
 
 FITS["chrome, Standard"] = _chrome

@@ -1,7 +1,7 @@
 """Asset libraries on disk: .blend files that this extension wrote, recognised by their content.
 
-A Blender without another open file (`blender_process`) changes a library: it opens the library, replaces measured
-materials or adds new ones, saves to a temporary file, and renames that. Other data that users put into it stay.
+A Blender without another open file (`blender_process`) opens a library, replaces measured materials or adds new ones,
+saves to a temporary file, and renames that. Other data that users put into it stay.
 """
 
 import errno
@@ -72,7 +72,6 @@ def _further_parts(path: Path) -> list[Path]:
 
 
 def _temporary(part: Path) -> Path:
-    """The file into which a part is saved before it is renamed."""
     return part.with_name(f".{part.stem}.part.blend")
 
 
@@ -87,10 +86,8 @@ def next_part(path: str | Path) -> Path:
 
 @contextmanager
 def writing(path: str | Path, force: bool) -> Iterator[None]:
-    """Lock a library for writing, and check that it may be written. Raises LibraryError or OSError.
-
-    With `force`, a file that is not a library is kept under another name (`kept_name`).
-    """
+    """Lock a library for writing, and check that it may be written, where anything may with `force`: it is kept under
+    another name (`kept_name`). Raises LibraryError or OSError."""
     path = Path(path)
     if path.suffix != ".blend":
         raise LibraryError(f"{path}: expected a name that ends in .blend")
@@ -125,16 +122,12 @@ def open_part(path: Path) -> _DiskVersion:
 
 
 def close() -> None:
-    """Close the open file and begin an empty one."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
 
 
 def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
-    """Save the open file as a part of a library, and close it. The old file is replaced only by a complete new one.
-
-    `opened` is what `open_part` returned; None for a new part. Raises OSError if it cannot be written, is
-    write-protected, or another process has saved it meanwhile.
-    """
+    """Save the open file as a part of a library, whole or not at all, and close it. `opened` is what `open_part`
+    returned; None for a new part. Raises OSError, also if another process has saved it meanwhile."""
     path = Path(path)
     marker = bpy.data.texts.get(_MARKER) or bpy.data.texts.new(_MARKER)
     marker.from_string(json.dumps({"format": _FORMAT, "version": versions.CURRENT}))
@@ -171,10 +164,8 @@ def _version_on_disk(path: Path) -> _DiskVersion:
 
 
 def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
-    """Append the materials of another .blend to a library, in this Blender: their names.
-
-    A material of the same measurements is replaced; its asset data that users changed stay.
-    """
+    """Append the materials of another .blend to a library, in this Blender, in the place of those of the same
+    measurements, of which asset data that users changed stay: their names."""
     path = Path(path)
     with writing(path, force):
         close()
@@ -205,7 +196,6 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
 
 
 def list_measured() -> list[bpy.types.Material]:
-    """The measured materials of the open file."""
     return [item for item in bpy.data.materials if item.library is None and materials.is_measured(item)]
 
 

@@ -29,5 +29,4 @@ def edit_arguments(material: bpy.types.Material) -> Arguments:
 
 
 def is_as_wanted(material: bpy.types.Material) -> bool:
-    """Whether the shader of a material has been edited as is wanted."""
     return (material.measured_brdf.adjusted or as_text({})) == as_text(edit_arguments(material))

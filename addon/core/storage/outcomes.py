@@ -14,8 +14,7 @@ from ..annotations import Arguments
 
 
 class Measurement(NamedTuple):
-    """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
-    """
+    """Measurements in a file, which each process reads for itself."""
 
     path: str
     sample: str
@@ -38,13 +37,12 @@ class Data(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A fit, its errors at its samples, the time it took, and its `verdict.lightness_error` at samples that it had
-    not seen."""
+    """A fit, and how it was made."""
 
     fit: Fit
-    errors: ErrorMetrics
+    errors: ErrorMetrics    # at its samples
     seconds: float
-    unseen: float = verdict.UNKNOWN
+    unseen: float = verdict.UNKNOWN     # `verdict.lightness_error` at samples that it had not seen
 
 
 class EmbeddedFit(NamedTuple):
@@ -72,7 +70,6 @@ class FitRequest(NamedTuple):
 
     @property
     def colours(self) -> str:
-        """One of `colours.COLOURS`."""
         return self.data.measured.colours
 
 
@@ -89,7 +86,6 @@ class KeptMix(NamedTuple):
 
     @property
     def colours(self) -> str:
-        """One of `colours.COLOURS`."""
         return self.first.colours
 
 

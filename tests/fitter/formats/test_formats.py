@@ -183,8 +183,13 @@ def test_red_green_and_blue_curet_files_make_one_set(tmp_path):
         np.testing.assert_allclose(samples.values[7], [2.007, 4.007, 6.007])
 
 
-def test_a_red_curet_file_alone_is_grey(load):
-    assert load(curet_text(1), "rbrdf.dat").channels == ("grey",)
+def test_curet_files_of_fewer_than_three_colours_are_grey_and_files_of_their_own(tmp_path):
+    red, green = (write(tmp_path, curet_text(1), f"{letter}brdf.dat") for letter in "rg")
+    assert fitter.load(red).channels == fitter.load(green).channels == ("grey",)
+    assert not formats.is_read_with_another(green, [red])
+    blue = write(tmp_path, curet_text(1), "bbrdf.dat")
+    assert [formats.is_read_with_another(each, [red]) for each in (red, green, blue)] == [False, True, True]
+    assert not formats.is_read_with_another(green, [blue])
 
 
 def test_a_sample_missing_from_one_colour_is_reported(tmp_path):

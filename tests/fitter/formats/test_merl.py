@@ -8,7 +8,7 @@ import pytest
 import fitter
 from fitter import DatasetError, cli
 from support import merl_files
-from support.anisotropic_instruments import unit
+from support.anisotropic import unit
 
 FILE = "gold-paint.binary"
 RIGHT = np.pi / 2

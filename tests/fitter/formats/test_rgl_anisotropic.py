@@ -14,7 +14,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
-from support.anisotropic_instruments import unit
+from support.anisotropic import unit
 
 FILE = checkout.measurements() / "rgl" / "synthetic_aniso_rgb.bsdf"
 real = pytest.mark.skipif(not FILE.is_file(), reason=f"{FILE} is absent")
@@ -22,7 +22,7 @@ AZIMUTHS = np.radians(np.arange(-180, 181, 30))
 
 
 def read(path):
-    return rgl.read_table(path, path.read_bytes())
+    return rgl.read_table(path.read_bytes())
 
 
 def part(arrays, count):
@@ -52,10 +52,10 @@ def test_it_is_what_mitsuba_finds(golden):
 def test_a_file_is_read_in_little_time_and_memory():
     content = FILE.read_bytes()
     start = time.process_time()
-    samples = rgl.read(FILE, content)
+    samples = rgl.read(content)
     seconds = time.process_time() - start
     tracemalloc.start()
-    rgl.read(FILE, content)
+    rgl.read(content)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert 150_000 < len(samples) < 300_000
@@ -130,7 +130,7 @@ def test_only_the_nodes_whose_half_vectors_mirror_above_the_horizon_are_samples(
 
 @real
 def test_half_a_turn_stands_for_a_whole_one(written, golden):
-    path = written(part(rgl.tensor_file.read(FILE.read_bytes(), FILE), 9))
+    path = written(part(rgl.read_arrays(FILE.read_bytes()), 9))
     table, whole = read(path), read(FILE)
     theta_i, phi_i, theta_o, phi_o = golden[0]
     turned = np.where(phi_i > 0, np.pi, 0)

@@ -8,7 +8,7 @@ from scipy.integrate import dblquad
 
 import fitter
 from fitter import DatasetError
-from support import anisotropic_instruments as instruments
+from support import anisotropic as instruments
 from support.zemax_files import made
 
 FILE = "paint.bsdf"

@@ -168,12 +168,6 @@ def test_a_drop_is_assigned_to_the_slot_under_the_mouse_also_when_all_else_chang
 CHEAP = {"diffuse_level": 1, "specular_level": -1}
 
 
-def test_the_target_goes_through_the_dialogs(scene, file):
-    right = scene.data.objects["right"]
-    assert scene.ops.measured_brdf.import_data(filepath=file, target=right.session_uid, slot=1, **CHEAP) == {"FINISHED"}
-    assert right.material_slots[1].material.name.startswith("glossy")
-
-
 def select(scene, *names):
     for item in scene.context.scene.objects:
         item.select_set(item.name in names)
