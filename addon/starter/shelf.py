@@ -84,7 +84,7 @@ def find_offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     words = search.lower().split()
     found = [each for each in published.list_offered() if tag in (ALL, *each.tags)
              and all(word in f"{each.name} {each.label} {' '.join(each.tags)} {each.words}".lower() for word in words)]
-    return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
+    return sorted(found, key=lambda each: -each.brightness)
 
 
 def group_finishes(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
