@@ -79,7 +79,6 @@ def _render_part(scene: Any, part: Part, shape: tuple[int, ...], size: int, path
 
 
 def read_answer(folder: Path) -> RenderedPair:
-    """What `answer` has found."""
     with np.load(folder / _ANSWER, allow_pickle=False) as stored:
         return RenderedPair(stored["photograph"], stored["rendered"], stored["counted"])
 
@@ -100,7 +99,6 @@ def sheet(pair: RenderedPair) -> SingleArray:
 
 
 def new_image(name: str, picture: SingleArray) -> bpy.types.Image:
-    """A new image of the open file that holds a picture."""
     height, width = picture.shape[:2]
     image = bpy.data.images.new(name, width, height)
     not_none(image.pixels).foreach_set(picture.ravel())

@@ -6,10 +6,8 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy.props import FloatProperty, StringProperty
 
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs.description.capture_setup import Description
 from ..core.annotations import not_none
 from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import compiler, material, mixing
@@ -19,36 +17,9 @@ from ..work import process, queries
 from ..work.job import Work
 from ..work.modal import Steps
 from . import describing, stage
-from . import settings as photographs
 from . import work as measuring
-from .operators import (
-    LIGHTS,
-    PICTURES,
-    HasPhotographs,
-    MakesScene,
-    blender_light,
-    compile_outcomes,
-    create_materials,
-    default_fit,
-)
+from .operators import HasPhotographs, blender_light, compile_outcomes, create_materials, default_fit
 from .settings import CHOSEN
-
-
-class MEASUREDBRDF_OT_measure_sample_photographs(MakesScene, bpy.types.Operator):
-    """Make a scene of photographs of a flat sample, in which its materials are measured: choose all of them, \
-their folder, light positions (.lp), a project of relight, or a description (.toml)"""
-
-    bl_idname = "measured_brdf.measure_sample_photographs"
-    bl_label = "Measure Photographs of a Flat Sample"
-
-    filter_glob: StringProperty(default=f"{PICTURES};*.toml;{LIGHTS}", options={"HIDDEN"})
-    width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
-                         description="Of what fills the pictures. Corners can be moved later")
-    side_properties = "width",
-    expected = "the photographs, their folder, light positions, or a description"
-
-    def describe(self) -> Description:
-        return {"camera": {"position": "far"}, "sample": {"width": self.width, "height": self.width}}
 
 
 class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
@@ -58,12 +29,11 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
     bl_label = "Measure"
 
     def work(self, context: bpy.types.Context) -> Work:
-        scene = self.remember(context)
-        settings = photographs.get(scene)
+        settings = self.remember(context)
         chosen = [each for each in (getattr(settings, name) for name in CHOSEN) if each is not None]
         self._uids = [each.session_uid for each in chosen]
         return process.Calculation(partial(
-            measuring.measure_sample, describing.describe_scene(scene), scene.name, settings.tile,
+            measuring.measure_sample, describing.describe_scene(settings), settings.tile,
             [_embedded_fit(each) for each in chosen], load_arguments(default_fit(""))))
 
     def prepare(self, result: measuring.SampleResult) -> Steps:
@@ -71,7 +41,7 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
 
     def apply(self, context: bpy.types.Context,
               prepared: tuple[measuring.SampleResult, list[compiler.Shader]]) -> None:
-        (maps, shaders), settings = prepared, photographs.get(self.scene())
+        (maps, shaders), settings = prepared, self.settings()
         chosen = [find_by_session_uid(bpy.data.materials, uid) for uid in self._uids]
         if None in chosen:
             raise ValueError("A material that was chosen has been removed meanwhile")
@@ -137,11 +107,10 @@ def _mix_parts(parts: Sequence[bpy.types.Material], maps: measuring.SampleResult
 
 
 def _image(name: str, content: bytes) -> bpy.types.Image:
-    """An image of numbers that is packed into the file."""
     image = bpy.data.images.new(name, 1, 1, is_data=True)
     image.pack(data=content, data_len=len(content))
     image.source = "FILE"
     return image
 
 
-classes = (MEASUREDBRDF_OT_measure_sample_photographs, MEASUREDBRDF_OT_measure_sample)
+classes = MEASUREDBRDF_OT_measure_sample,

@@ -177,12 +177,10 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
 
 
 def get(scene: bpy.types.Scene) -> Any:
-    """The `MeasuredPhotographs` of a scene."""
     return scene.measured_brdf_photographs
 
 
 def active(settings: Any) -> Any:
-    """The active photograph."""
     return settings.photographs[min(max(settings.active, 0), len(settings.photographs) - 1)]
 
 
@@ -203,7 +201,6 @@ def is_flat(settings: Any) -> bool:
 
 
 def lamps(settings: Any) -> Iterator[bpy.types.Object]:
-    """The lamps of all photographs."""
     yield from (each.lamp for each in settings.photographs if each.lamp is not None)
 
 

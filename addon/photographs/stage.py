@@ -95,7 +95,6 @@ def _camera(scene: bpy.types.Scene, sensor_width: float, angle: float) -> bpy.ty
 
 
 def camera_pose(view: CameraView) -> Matrix:
-    """Where a camera is, and how it is turned."""
     return Matrix.Translation(Vector(view.position.tolist())) @ Matrix(view.orientation.tolist()).to_4x4()
 
 
@@ -122,7 +121,6 @@ def uv_of_part(mesh: bpy.types.Mesh, part: FloatArray) -> FloatArray:
 
 
 def _preview() -> bpy.types.Material:
-    """What ball and sample are of until they are measured."""
     preview = bpy.data.materials.new("Not Measured")
     surface: Any = next(node for node in use_nodes(preview).nodes if node.type == "BSDF_PRINCIPLED")
     surface.inputs["Base Color"].default_value = (*[_PREVIEW[0]] * 3, 1)
@@ -175,7 +173,6 @@ def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bp
 
 
 def _only_file(files: Sequence[Path] | None) -> str | None:
-    """The only file; None where there is none."""
     if files and len(files) > 1:
         raise DatasetError(f"{len(files)} files found, expected one: a scene holds several exposures of photographs "
                            f"alone", files[0])

@@ -157,7 +157,7 @@ def _group_pictures(paths: Sequence[str], count: int) -> tuple[list[list[str]], 
     """Pictures, or those in a folder, by their lamps, and what the first file says."""
     folder = Path(paths[0])
     if len(paths) == 1 and folder.is_dir():
-        paths = list(map(str, parsing.pictures_in(folder)))
+        paths = list(map(str, parsing.find_files(folder, *parsing.PICTURES)))
         if not paths:
             raise DatasetError(f"a folder without photographs ({', '.join(parsing.PICTURES)})", folder)
     paths = sorted(paths, key=lambda path: parsing.natural_order(Path(path).name))
@@ -192,15 +192,19 @@ def _lens(said: PictureInfo) -> dict[str, float]:
     return {"focal_length": focal, "sensor_width": 2 * focal * half}
 
 
+def _parse(description: Description) -> CaptureSetup:
+    return parsing.parse(description, description["name"])
+
+
 @_names_of_panel()
-def find_places(description: Description, name: str) -> Scene:
+def find_places(description: Description) -> Scene:
     """The scene with the ball by its outline in the photographs, or the camera by the corners of a flat sample."""
     ball = {"ball": {**description["ball"], "centre": "outline"}} if "ball" in description else {}
-    return resolve(parsing.parse({**description, **ball}, name))
+    return resolve(_parse({**description, **ball}))
 
 
 @_names_of_panel()
-def lamps_by(description: Description, name: str, paths: Sequence[str], distance: float,
+def lamps_by(description: Description, paths: Sequence[str], distance: float,
              mask: str) -> list[list[float] | None]:
     """Where the lamp of each photograph of a description was, None where that is not said.
 
@@ -219,17 +223,17 @@ def lamps_by(description: Description, name: str, paths: Sequence[str], distance
         ordered = sorted(paths, key=lambda path: parsing.natural_order(Path(path).name))
         shots = [{**shot, "chrome": path, **away} for shot, path in zip(shots, ordered, strict=True)]
     told = {**description, "lamp": lamp, "photograph": shots, **({"chrome": {"mask": mask}} if mask else {})}
-    scene = resolve(parsing.parse(told, name))
+    scene = resolve(_parse(told))
     places = {each.files: lamp.tolist() for each, lamp in zip(scene.setup.photographs, scene.lamps, strict=True)}
     return [places.get(tuple(map(Path, shot["files"]))) for shot in shots]
 
 
 @_names_of_panel()
-def measure_ball(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> BallResult:
+def measure_ball(description: Description, path: str, arguments: Arguments, how: Arguments) -> BallResult:
     """Measure, and fit what was measured, as `measuring.measure_ball` and `tasks.outcome` do. The file of the samples
     is not written; `path` is where it will be."""
     with progress.part(0.0, 0.4, "Measuring"):
-        measured = measuring.measure_ball(parsing.parse(description, name))
+        measured = measuring.measure_ball(_parse(description))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
         saved_samples.write(measured.samples, part)
@@ -243,13 +247,13 @@ def measure_ball(description: Description, name: str, path: str, arguments: Argu
 
 
 @_names_of_panel()
-def measure_sample(description: Description, name: str, is_tile: bool, chosen: Sequence[EmbeddedFit],
+def measure_sample(description: Description, is_tile: bool, chosen: Sequence[EmbeddedFit],
                    how: Arguments) -> SampleResult:
     """Measure the flat sample of a scene's description: a mix of chosen materials, else of those that are found. `how`
     are keyword arguments of `fitter.load`. Raises DatasetError, ValueError."""
     space = how["colours"]
     with progress.part(0.0, 0.3, "Reading"):
-        sample = read_sample(parsing.parse(description, name))
+        sample = read_sample(_parse(description))
     photographs = [_convert_colours(each, space) for each in sample.photographs]
     fits = [tasks.kept_fit(each) for each in chosen]
     with progress.part(0.3, 0.75):

@@ -92,12 +92,6 @@ def subtract_dark(light: Light, dark: Light) -> Light:
     return Light(light.radiance - dark.radiance, np.hypot(light.noise, dark.noise), light.known & dark.known)
 
 
-def middle_part(size: tuple[int, ...]) -> tuple[slice, slice]:
-    """The rows and columns of a picture whose brightness others are compared with."""
-    rows, columns = (slice(int(side * (0.5 - _CENTRE)), int(side * (0.5 + _CENTRE)) + 1) for side in size)
-    return rows, columns
-
-
 def divide_flat(light: Light, flat: Light, middle: RealArray) -> Light:
     """Light without the vignetting that a photograph of an evenly bright surface shows, in whose middle this is
     `middle`, (channels,): what is seen there stays as it is."""
@@ -133,18 +127,16 @@ class Pictures:
 
     @cached_property
     def photographs(self) -> list[Light]:
-        """What the photographs show, each of one size. Raises DatasetError if one is black."""
+        """What the photographs show."""
         return self.read_photographs(self.setup.photographs)
 
     def read_photographs(self, shots: Sequence[Shot], part: Part | None = None,
                          reduce: Callable[[Light], Light] = lambda light: light) -> list[Light]:
-        """What a part of photographs shows, and is kept of it: they are read one at a time."""
+        """What a part of photographs, which have one size, shows, and is kept of it: they are read one at a time."""
         lights, _ = [], self.size
         for number, each in enumerate(shots):
             progress.report(number / len(shots), f"Reading {each.name}")
             lights.append(reduce(self.lamp_light(each, "files", part)))
-            if part is None:
-                check_bright(lights[-1].radiance, each.files[0])
         return lights
 
     def light(self, given: Lit | LampSetup, key: str, part: Part | None = None) -> Light:
@@ -188,7 +180,9 @@ class Pictures:
         if dark is not None:
             light = subtract_dark(light, dark)
         if flat is not None and lamp.flat:
-            middle = self._known_light("flat", middle_part(read_picture_info(lamp.flat[0]).size))
+            rows, columns = (slice(int(side * (0.5 - _CENTRE)), int(side * (0.5 + _CENTRE)) + 1)
+                             for side in read_picture_info(lamp.flat[0]).size)
+            middle = self._known_light("flat", (rows, columns))
             light = divide_flat(light, flat, middle.radiance.mean(axis=(0, 1)))
         matrix = camera.matrix if camera.matrix is not None else self.said[path].matrix
         return light if matrix is None or light.radiance.shape[2] != 3 else light.convert(matrix)

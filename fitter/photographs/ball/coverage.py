@@ -1,12 +1,9 @@
 """Which pairs of directions photographs of a ball cover, and where to put the next lamp.
 
-A photograph has one angle between lamp and camera, the phase angle, seen from the ball. Half of it is the difference
-angle of all of its pixels, nearly: near lamps and cameras vary it by a few degrees. The half vector goes all over. So
-photographs are told apart, and what they leave open is found, by the difference angle.
-
-The next lamp should stand in the middle of a gap; where there are several, in that of which fits know least:
-photographs with difference angles between two gaps are left out in turn, and the fits to the others disagree where
-nobody measured. The measure is the variance of cube roots of cosine-weighted values over their mean square.
+All pixels of a photograph have nearly one difference angle, half of the phase angle between lamp and camera, and half
+vectors all over. So what photographs leave open is found by the difference angle. The next lamp should stand in the
+middle of a gap; where there are several, in that of which fits know least: fits without the photographs between two
+gaps disagree there, in the variance of cube roots of cosine-weighted values over their mean square.
 """
 
 from typing import NamedTuple

@@ -13,20 +13,9 @@ from ...quality.physics import directional_albedo
 from ...samples import LARGEST_VALUE, RGB, Samples, choice, subset
 from ..description.capture_setup import CaptureSetup
 from ..pictures import Light, Pictures, read_mask, same_pictures
+from ..rig import lamps
 from ..rig.ball_finding import brightest, find_ball
 from ..rig.camera import CameraView, field_of_view, orientation
-from ..rig.lamps import (
-    GUESSED,
-    NEAR_NORMAL,
-    SHARE_ANGLES,
-    MeasuredPlace,
-    Scene,
-    check_intensity,
-    find_lamps,
-    implausible_light,
-    lamp_intensity,
-    place_scene,
-)
 from ..rig.photograph import STEEPEST, check_alike
 from .binning import bin_samples
 from .photograph import BallPhotograph, measure_pixels
@@ -73,7 +62,7 @@ def read_photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[s
         return BallPhotograph(light.radiance, rays, scene.view.position, *scene.what, lamp, intensity,
                               setup.lamp.radius, light.noise, known, name)
 
-    intensity, note = lamp_intensity(scene, pictures, lights[0].radiance.shape[2])
+    intensity, note = lamps.lamp_intensity(scene, pictures, lights[0].radiance.shape[2])
     white = scene.setup.scale.ball
     if white is not None and white.lamp is not None:
         shown = photograph(pictures.lamp_light(white, "file"), white.lamp, intensity, white.file[0].name)
@@ -83,7 +72,7 @@ def read_photographs(setup: CaptureSetup) -> tuple[list[BallPhotograph], tuple[s
     return photographs, (*pictures.notes, *setup.notes, *scene.notes, *note)
 
 
-def locate_ball(setup: CaptureSetup, pictures: Pictures) -> Scene:
+def locate_ball(setup: CaptureSetup, pictures: Pictures) -> lamps.Scene:
     """The scene of a ball: by its outline in the photographs if nobody says where ball or camera is."""
     ball, size = setup.need_ball(), pictures.size
     centre, radius = np.zeros(3) if ball.place is None else ball.place, ball.radius or RADIUS
@@ -99,21 +88,21 @@ def locate_ball(setup: CaptureSetup, pictures: Pictures) -> Scene:
         else:
             centre = outline.centre(position, radius)
             notes = "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre),
-    what = MeasuredPlace(centre, radius)
+    what = lamps.MeasuredPlace(centre, radius)
     view = view._replace(position=np.asarray(position))
-    return place_scene(setup, view, what, find_lamps(setup, pictures, view, what), what, notes)
+    return lamps.place_scene(setup, view, what, lamps.find_lamps(setup, pictures, view, what), what, notes)
 
 
 def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArray:
     """The intensity of a lamp, (channels,), in a photograph of a matte ball of known albedo, whatever that says of it;
     what each pixel shows is weighed by the light that falls there."""
     ball = measure_pixels(photograph)
-    upright = (ball.seen.directions[0] < NEAR_NORMAL) & (ball.seen.directions[2] < NEAR_NORMAL)
+    upright = (ball.seen.directions[0] < lamps.NEAR_NORMAL) & (ball.seen.directions[2] < lamps.NEAR_NORMAL)
     if not upright.any():
         raise DatasetError("the lamp lights the ball of known albedo at grazing angles only", photograph.name)
     weight = ball.seen.irradiance[upright] / ball.seen.irradiance[upright].sum()
-    return check_intensity(np.pi / np.asarray(albedo) * photograph.intensity * (weight @ ball.reflectance[upright]),
-                           "ball", photograph.name)
+    seen = photograph.intensity * (weight @ ball.reflectance[upright])
+    return lamps.check_intensity(np.pi / np.asarray(albedo) * seen, "ball", photograph.name)
 
 
 def reflected_light(samples: Samples) -> FloatArray:
@@ -121,7 +110,7 @@ def reflected_light(samples: Samples) -> FloatArray:
     to samples."""
     some = subset(samples, choice(len(samples), _FITTED))
     offset = float(np.median(np.abs(some.values)))
-    return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], SHARE_ANGLES)
+    return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], lamps.SHARE_ANGLES)
 
 
 def scale_samples(samples: Samples, albedo: float | None) -> tuple[Samples, float, tuple[str, ...]]:
@@ -129,8 +118,8 @@ def scale_samples(samples: Samples, albedo: float | None) -> tuple[Samples, floa
     they were multiplied with, 1 where no albedo is given; and what is implausible of it, which is in the notes too."""
     light = reflected_light(samples)
     factor = 1.0 if albedo is None else albedo / float(light.mean())
-    guess = () if albedo is None else (GUESSED.format(f"{albedo:g}"),)
-    bright = implausible_light(light * factor, albedo)
+    guess = () if albedo is None else (lamps.GUESSED.format(f"{albedo:g}"),)
+    bright = lamps.implausible_light(light * factor, albedo)
     return replace(samples, values=samples.values * factor, notes=(*samples.notes, *guess, *bright)), factor, bright
 
 
@@ -167,10 +156,10 @@ def gather_samples(photographs: Sequence[BallPhotograph], name: str, source: str
     if np.abs(values).max() > LARGEST_VALUE:
         raise DatasetError(f"a reflectance of {np.abs(values).max():g} / sr found: the intensity of the lamp is far "
                            f"too small", source)
-    lamps = " ".join(f"{np.degrees(each.phase_angle):.0f}" for each in photographs)
+    angles = " ".join(f"{np.degrees(each.phase_angle):.0f}" for each in photographs)
     left_out = sum(part.left_out for part in parts)
     without = f"; {left_out:,} saturated, dark or masked ones are left out" if left_out else ""
-    notes = [f"{len(parts)} photograph{'s' * (len(parts) > 1)} of a ball, the lamp at {lamps} degrees from the camera",
+    notes = [f"{len(parts)} photograph{'s' * (len(parts) > 1)} of a ball, the lamp at {angles} degrees from the camera",
              f"{len(values):,} pixels to {np.degrees(STEEPEST):.0f} degrees from the normal{without}"]
     if len(values) > MOST_SAMPLES:
         directions, values, deviation = bin_samples(directions, values, deviation, MOST_SAMPLES)

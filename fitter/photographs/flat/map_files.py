@@ -25,14 +25,7 @@ _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at 
 def layers(weights: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Weights (h, w, materials) as layers that lie upon one another: the share of each but the first upon those before
     it, (h, w, materials - 1), the sum of the weights over that which nearly all are below, (h, w), both 0 to 1 and the
-    top row of the picture first, and the latter: a few texels, as of a glint, may be brighter.
-
-    Examples
-    --------
-    >>> masks, brightness, most = layers(np.array([[[0.2, 0.2, 0.4]]]))
-    >>> masks.round(6).tolist(), brightness.round(6).tolist(), round(most, 6)
-    ([[[0.5, 0.5]]], [[1.0]], 0.8)
-    """
+    top row of the picture first, and the latter: a few texels, as of a glint, may be brighter."""
     sums = np.cumsum(weights, axis=2)[::-1]
     masks = weights[::-1, :, 1:] / np.where(sums[..., 1:] > 0, sums[..., 1:], 1.0)
     most = white(sums[..., -1])

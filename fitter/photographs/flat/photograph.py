@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,6 @@ _LEAST_NOISE = 1e-3         # of that, which nothing is below: files may say tha
 
 class FlatPhotograph(Photograph):
     """A photograph of a flat sample; attributes and errors are those of a `Photograph`."""
-
-    _least: ClassVar = 2
 
     @cached_property
     def counts(self) -> BoolArray:

@@ -59,13 +59,13 @@ def read_sample(setup: CaptureSetup) -> Flat:
                                   light.known, shot.name)
                    for light, lamp, shot in zip(lights, scene.lamps, shots, strict=True)]
     frame = sample_frame(whole, photographs)    # lamps are not behind it
-    notes, brightness = scene.notes[:-1], setup.lamp.brightness
+    brightness, differ = setup.lamp.brightness, tuple[str, ...]()
     if brightness is not None:
         by = (lamp_brightness(observe(photographs, texel_points(whole, _GUESSED), frame[2]), frame)
               if isinstance(brightness, str) else brightness[:, None])
         photographs = [replace(each, intensity=each.intensity * factor)
                        for each, factor in zip(photographs, by, strict=True)]
-        notes += f"The lamps differ in brightness from {by.min():.2f} to {by.max():.2f}",
+        differ = f"The lamps differ in brightness from {by.min():.2f} to {by.max():.2f}",
     albedo = setup.scale.albedo
     if albedo is not None:
         share = _albedo(photographs, whole) / albedo
@@ -73,7 +73,7 @@ def read_sample(setup: CaptureSetup) -> Flat:
         note = GUESSED.format(f"{albedo:g}"), *note
     files, number = (setup.materials, None) if isinstance(setup.materials, tuple) else ((), setup.materials)
     return Flat(setup.title, view, photographs, whole, shape, files, number,
-                (*pictures.notes, *notes, scene.notes[-1], *note),
+                (*pictures.notes, *scene.notes, *differ, *note),
                 same_pictures([light.radiance for light in lights], [each.name for each in photographs]),
                 albedo)
 

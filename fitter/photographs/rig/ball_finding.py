@@ -1,16 +1,10 @@
 """A ball in a picture, found by its outline, whatever else is there.
 
-Rays r that touch a ball make the same angle with the direction a to its centre, in whatever part of the picture: ::
-
-    r . a = cos gamma,    sin gamma = radius / distance
-
-With v = a / cos gamma that is r . v = 1, which is linear: least squares find v from rays through the outline, where a
-circle in the picture would be wrong, for perspective makes it an ellipse.
-
-What is brighter than a level is regions, of which one is the ball, with or without its stand, or the room before which
-it stands: so several levels are tried. Which parts of a region's edge are the ball's outline, and not where its lit
-part ends, is decided by random samples (M. A. Fischler, R. C. Bolles: Random Sample Consensus, Communications of the
-ACM 24(6), 1981).
+Rays r that touch a ball make the same angle gamma with the direction a to its centre, where perspective makes its
+picture an ellipse. With v = a / cos gamma that is r . v = 1, which is linear: least squares find v. What is brighter
+than a level is regions, of which one is the ball, with or without its stand or the room: so several levels are tried.
+Which edges are the ball's outline, and not where its lit part ends, is decided by random samples (M. A. Fischler, R. C.
+Bolles: Random Sample Consensus, Communications of the ACM 24(6), 1981).
 """
 
 from collections.abc import Sequence
@@ -120,7 +114,7 @@ def _fit_outline(region: BoolArray, level: float, grey: FloatArray, rays: FloatA
     size = pixel_angle(rays)
     v = _consensus(_edges(region, grey, level, rays), size, name)
     for _ in range(3):
-        v, residual, arc = _refine(v, grey, rays, size, name)
+        v, arc, residual = _refine(v, grey, rays, size, name)
     outline = Outline.from_vector(v, residual)
     is_cut = bool((_border(angle_beyond(rays, v)) < 0).any())
     if is_cut or (residual > _FITS and _border(region.astype(float)).any()):
@@ -218,16 +212,15 @@ def _consensus(edges: FloatArray, size: float, name: str) -> FloatArray:
 
 def _refine(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, name: str,
              ) -> tuple[FloatArray, float, float]:
-    """A better v from profiles across the outline; the residual, pixels; and the share of it that has an edge."""
+    """A better v from profiles across the outline, the share of it that has an edge, and the residual, pixels."""
     if np.linalg.norm(v) <= 1 or not np.isfinite(v).all():
         raise DatasetError(_NO_DISC, name)
     profile = edge_profile(v, grey, rays, size)
     with np.errstate(invalid="ignore"):
         clear = (profile.beyond < (1 - CLEAR) * profile.within) & (np.abs(profile.edge) < WINDOW / 2)
     if np.count_nonzero(clear) < _LEAST_ARC * SECTORS:
-        return v, np.inf, np.count_nonzero(clear) / SECTORS
-    v, arc, residual = fit_cone(profile.rays[clear], v, size)
-    return v, residual, arc
+        return v, np.count_nonzero(clear) / SECTORS, np.inf
+    return fit_cone(profile.rays[clear], v, size)
 
 
 def angle_beyond(rays: FloatArray, v: FloatArray) -> FloatArray:

@@ -37,14 +37,7 @@ class CameraView(NamedTuple):
         return np.asarray(rays_through(places, self.size, self.angle) @ self.orientation.T)
 
     def project(self, points: FloatArray) -> FloatArray:
-        """Where points (..., 3) are, pixels from the left and the top: (..., 2). The inverse of `rays_through`.
-
-        Examples
-        --------
-        >>> view = CameraView(np.zeros(3), np.eye(3), (20, 30), 1.0)
-        >>> view.project(rays_through(np.array([[3.0, 7.5]]), view.size, view.angle)).round(9).tolist()
-        [[3.0, 7.5]]
-        """
+        """Where points (..., 3) are, pixels from the left and the top: (..., 2). The inverse of `rays_through`."""
         toward = (points - self.position) @ self.orientation
         step = 2 * np.tan(self.angle / 2) / self.size[1]
         return np.asarray(np.array(self.size[::-1]) / 2 + toward[..., :2] / -toward[..., 2:] / step * (1, -1))
@@ -134,27 +127,20 @@ def _find_position(camera: CameraSetup, toward: FloatArray, corners: FloatArray,
     starts = [given] if given is not None else [distance * np.array([a, b, np.sqrt(1 - a * a - b * b)])
                                                 for a, b in tilts]
 
-    def residual(position: FloatArray) -> FloatArray:
-        off = _aim_camera(position, toward, corners)[1].ravel() / pixel
-        return off if given is None else np.append(off, (position - given) / (_MEASURED * np.linalg.norm(given)))
-
-    ends = [end for start in starts if (end := _minimise(residual, start))[2] > 0]
-    return min(ends or starts, key=lambda end: float((residual(end) ** 2).sum()))
-
-
-def _minimise(residual: Callable[[FloatArray], FloatArray], position: FloatArray) -> FloatArray:
-    """Where the least squares of what a function misses are, near a position."""
     def evaluate(place: FloatArray) -> tuple[float, FloatArray]:
-        off = residual(place)
+        off = _aim_camera(place, toward, corners)[1].ravel() / pixel
+        if given is not None:
+            off = np.append(off, (place - given) / (_MEASURED * np.linalg.norm(given)))
         return float(off @ off), off
 
     def linearise(place: FloatArray, off: FloatArray) -> Callable[[float], FloatArray]:
         step = 1e-6 * float(np.linalg.norm(place))
-        slope = np.stack([(residual(place + step * axis) - off) / step for axis in np.eye(3)], axis=1)
+        slope = np.stack([(evaluate(place + step * axis)[1] - off) / step for axis in np.eye(3)], axis=1)
         return lambda damping: place - damped_step(slope.T @ slope, slope.T @ off, damping)
 
-    return levenberg_marquardt(position, evaluate, linearise, steps=_ROUNDS, tries=8, grow=10, shrink=10, enough=0,
-                               damping=1e-3)[0]
+    ends = [levenberg_marquardt(start, evaluate, linearise, steps=_ROUNDS, tries=8, grow=10, shrink=10, enough=0,
+                                damping=1e-3)[0] for start in starts]
+    return min([end for end in ends if end[2] > 0] or starts, key=lambda end: evaluate(end)[0])
 
 
 def _aim_camera(position: FloatArray, toward: FloatArray, corners: FloatArray) -> tuple[FloatArray, FloatArray]:

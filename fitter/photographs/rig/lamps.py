@@ -111,7 +111,7 @@ def find_lamps(setup: CaptureSetup, pictures: Pictures, view: CameraView,
     """The lamp of each photograph: at its place, in its direction, or where a chrome ball shows it; None where the
     photograph of a flat sample shows none."""
     shots, is_flat = setup.photographs, setup.sample is not None
-    turn = view.orientation if setup.is_by_light_positions else None
+    turn = view.orientation if setup.lamp.positions else None     # light positions are in the camera's axes
     mirrored = [each for each in shots if each.lamp is None and each.direction is None]
     if not mirrored or (is_flat and len(mirrored) < len(shots)):
         return [place_lamp(each, what, turn, setup.lamp.ball) for each in shots]

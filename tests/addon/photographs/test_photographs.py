@@ -56,14 +56,15 @@ def describe():
     """The description that the open scene stands for."""
     from measured_brdf.addon.photographs import describing
 
-    return describing.describe_scene(bpy.context.scene)
+    return describing.describe_scene(bpy.context.scene.measured_brdf_photographs)
 
 
 def pixel(place):
     """Where the scene's camera shows a place: column and row in pixels, as `ball_scene.Scene.toward` counts them."""
     scene = bpy.context.scene
-    bpy.context.view_layer.update()
-    x, y, _ = world_to_camera_view(scene, scene.camera, Vector(place))
+    # evaluated: up to Blender 4.5 without a window those of a scene that was just made have places only there
+    camera = scene.camera.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    x, y, _ = world_to_camera_view(scene, camera, Vector(place))
     return x * scene.render.resolution_x, (1 - y) * scene.render.resolution_y
 
 
@@ -371,24 +372,26 @@ def test_the_lamp_of_the_active_photograph_is_shown(opened):
     assert describe()["photograph"][1]["lamp"] == pytest.approx(opened.photographs[1].lamp.location[:])
 
 
+def show(shots, path, pixels):
+    """Write a picture, which is that of photographs."""
+    ball_files.write_picture(path, pixels)
+    for shot in shots:
+        shot.files[0].filepath = str(path)
+
+
 def dark(settings, folder):
-    name = "dark.exr"
-    ball_files.write_picture(folder / name, np.zeros((SIZE, SIZE, 3)))
-    settings.photographs[0].files[0].filepath = str(folder / name)
+    show(settings.photographs[:1], folder / "dark.exr", np.zeros((SIZE, SIZE, 3)))
 
 
 def two_balls(settings, folder):
     wide = ball_scene.scenes(PHASES[:1], **PLACE | {"angle": 14.0})[0]
     picture = ball_scene.photograph(ball_scene.satin(), wide)
-    ball_files.write_picture(folder / "two.exr", np.roll(picture, -13, axis=1) + np.roll(picture, 13, axis=1))
     settings.camera.data.lens *= 4.2 / 14
-    for shot in settings.photographs:
-        shot.files[0].filepath = str(folder / "two.exr")
+    show(settings.photographs, folder / "two.exr", np.roll(picture, -13, axis=1) + np.roll(picture, 13, axis=1))
 
 
 def mixed_sizes(settings, folder):
-    ball_files.write_picture(folder / "small.exr", np.ones((SIZE // 2, SIZE, 3)))
-    settings.photographs[1].files[0].filepath = str(folder / "small.exr")
+    show(settings.photographs[1:2], folder / "small.exr", np.ones((SIZE // 2, SIZE, 3)))
 
 
 def behind(settings, _folder):

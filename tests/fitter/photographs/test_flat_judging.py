@@ -11,9 +11,9 @@ from fitter.photographs.flat.maps import evenly, sample_frame, texel_points
 from fitter.photographs.flat.photograph import observe
 from fitter.photographs.report import report_sample
 from support import flat_scene
+from tests.fitter.photographs.test_flat import photographed
 
 SHAPE, CORNERS = (24, 24), flat_scene.corners()
-RAYS = flat_scene.rays((90, 100))
 
 
 def surface(u, v):
@@ -30,8 +30,7 @@ def sample(cornell, curet):
 
 @pytest.fixture(scope="module")
 def shots(sample):
-    return [fitter.FlatPhotograph(flat_scene.photograph(sample, lamp, seed=k), RAYS, flat_scene.CAMERA, lamp,
-                                  flat_scene.INTENSITY, name=f"{k}.exr") for k, lamp in enumerate(flat_scene.lamps(12))]
+    return photographed(sample, flat_scene.lamps(12))
 
 
 def doubts(shots, sample):
