@@ -43,8 +43,8 @@ def _arguments() -> list[str]:
 
 
 def _leave(exit_code: int) -> NoReturn:
-    """End this process with an exit code, at once: at an end of their own, Blender 4.2 as a module crashes, and 4.5
-    waits for a thread of its own that never ends."""
+    """End this process with an exit code, at once: at an end of its own, Blender 4.2 as a module crashes, and 4.5 waits
+    forever for a thread."""
     import bpy
 
     session = Path(bpy.app.tempdir)

@@ -102,7 +102,6 @@ class Tile:
 
 
 def tile(picture):
-    """Count in a picture."""
     over = to_median(np.maximum(picture, 0).mean(axis=-1))
     return Tile(picture, int((over < DARK).sum()), int((over > BRIGHT).sum()), int((picture < 0).any(axis=-1).sum()))
 
@@ -174,12 +173,10 @@ def counts(found):
 
 
 def in_columns(numbers):
-    """Counts, or sums of them, as they stand in the table."""
     return "  ".join("{:4} {:3} {:3}".format(*each) for each in numbers.reshape(-1, 3))
 
 
 def _draw(rows, path):
-    """Write a contact sheet: a row of tiles for each material."""
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(len(rows), len(TITLES), figsize=(16, 1.5 * len(rows) + 0.2), squeeze=False)
@@ -206,7 +203,6 @@ def _offered(published):
 
 
 def _row(published, name):
-    """The name of a material, its tiles, and the seconds that they took."""
     fit, start = _offered(published)[name], time.perf_counter()
     return name, tiles(fit(), name), time.perf_counter() - start
 

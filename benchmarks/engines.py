@@ -20,6 +20,7 @@ from support.anisotropic import ANISOTROPIC, rotations
 from support.evidence import show_table
 
 from .dense import image_errors
+from .ordinary import area
 
 FILES = {"felt": "curet/abrdf.dat", "aluminum foil": "curet/abrdf.dat", "velvet": "curet/abrdf.dat",
          "krylon": "cornell/krylon_blue_RGB.astm", "garnet": "cornell/garnet_red_RGB.astm",
@@ -36,15 +37,10 @@ def sun():
     stage.add_lamp("SUN", math.pi, rotation=(0, -math.radians(50), 0), angle=math.radians(1))
 
 
-def area():
-    stage.add_lamp("AREA", 300, (-3, 0, 3), stage.rotation_toward((-3, 0, 3)), shape="SQUARE", size=2.0)
-
-
-LIGHTS = {"sun": sun, "area": area}
+LIGHTS = {"sun": sun, "area": functools.partial(area, 300, (-3, 0, 3))}
 
 
 def samples_of(name):
-    """The measurements of a material."""
     if name in SYNTHETIC:
         truth, = (each for each in ANISOTROPIC if each.name == name)
         directions = rotations(16)
@@ -87,7 +83,6 @@ def compared(truth, *others):
 
 
 def main():
-    """Print the tables and write the picture."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.engines", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("build/engines"), help="default: %(default)s")
     out = parser.parse_args().out

@@ -41,7 +41,6 @@ def four_weights(u, v):
 
 
 def sample():
-    """Four materials on a surface with bumps."""
     return flat_scene.Sample(tuple(make() for _, make in materials(NAMES)), four_weights, flat_scene.bumps)
 
 
@@ -77,7 +76,6 @@ def main():
 
 
 def computed(side):
-    """Print the table of computed photographs, of maps with so many texels along the width."""
     ball_files.add_openimageio()
     with tempfile.TemporaryDirectory() as folder:
         writing = multiprocessing.get_context("spawn").Process(target=write, args=(folder, side))

@@ -64,7 +64,6 @@ def materials(names=()):
 
 
 def photographs(model, phases=ball_scene.PHASES, **settings):
-    """`fitter.BallPhotograph`s of a model."""
     return [fitter.BallPhotograph(ball_scene.photograph(model, scene, noise=NOISE, seed=number), scene.rays(),
                                   scene.camera, scene.centre, scene.radius, scene.lamp, scene.intensity,
                                   scene.lamp_radius, name=f"photograph {number}")
@@ -167,7 +166,6 @@ def cells(numbers):
 
 
 def main():
-    """Print the table of the materials at hand."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.photographs", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="only materials whose names contain one of these")
     options = parser.parse_args()

@@ -20,7 +20,6 @@ SCRIPT_NODE = "Measured BRDF Shader"
 
 
 def main():
-    """Print kilobytes and milliseconds for each material."""
     checkout.extension().register()
     folder = synthetic.measurements_or_synthetic()[0]
     files = [(folder / "curet" / "abrdf.dat", number) for number in CURET]

@@ -1,10 +1,8 @@
 """How the readers treat damaged and hostile files: ``python -m tools.fuzz``.
 
-A case is a file of one of the formats, real where the measurements are at hand, put through up to four mutations. Its
-number makes it again: ``python -m tools.fuzz 1 123`` is the case 123 alone, without the hostile files. `check` holds
-what is promised of every one: a `DatasetError` that names the file, or finite numbers within the limits of `Samples`;
-and no more than `SECONDS` and `MEMORY` times the file. Of the formats in `NAIVE`, the numbers are those that a naive
-reading of the same bytes finds.
+A case is a file of one of the formats, put through up to four mutations. Its number makes it again: ``python -m
+tools.fuzz 1 123`` is the case 123 alone, without the hostile files. `check` holds what docs/robustness.md promises of
+every one; of the formats in `NAIVE`, the numbers are those that a naive reading of the same bytes finds.
 """
 
 import argparse
@@ -117,7 +115,6 @@ def _text(*head, table, form=".6f", separator=","):
 
 
 def _saved(numbers):
-    """Samples as they are saved, with a deviation."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "saved.npz"
         saved_samples.write(fitter.Samples(*numbers[:, :4].T, numbers[:, 4:], ("R", "G", "B"), "made", notes=("made",),
@@ -135,7 +132,6 @@ def _uncounted(astm):
 
 
 def _matlab(rng, deflated, count=30):
-    """A paint file by SciPy."""
     from scipy.io import savemat
 
     vectors = rng.standard_normal((2, count, 3))

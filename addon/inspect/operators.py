@@ -7,7 +7,7 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...fitter.arrays import FloatArray
-from ..core.annotations import OperatorMixIn, OperatorResult, not_none
+from ..core.annotations import OperatorResult, not_none
 from ..core.blender.targets import region_under_mouse
 from ..core.shading import material as materials
 from . import session, surface
@@ -23,10 +23,23 @@ _PLACES = (("MOUSE", "Under the Mouse", "The surface under the mouse or, where t
            ("CURSOR", "At the 3D Cursor", "The surface nearest to the 3D cursor"))
 
 
-class Inspecting(OperatorMixIn):
-    """What the operator does, without what Blender adds."""
+class MEASUREDBRDF_OT_inspect(bpy.types.Operator):
+    """Show how much the material reflects into each direction, as a lobe on the surface and as a plot, while you drag
+    the light. Click again, or press Esc, to end"""
 
-    place: str
+    bl_idname = "measured_brdf.inspect"
+    bl_label = "Inspect Reflectance"
+
+    place: EnumProperty(name="Place", items=_PLACES, default="MOUSE", options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        item = context.object
+        material = item.active_material if item is not None else None
+        if material is None or not materials.is_shown(material):
+            cls.poll_message_set("The active object has no measured material")
+            return False
+        return True
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
         self.report({"ERROR"}, "Inspect Reflectance draws in a 3D viewport of Blender's window; scripts call it with "
@@ -149,25 +162,6 @@ class Inspecting(OperatorMixIn):
                 self._session.refresh()
             return spot is not None
         return pressed and plain and inspection.key(event.type)
-
-
-class MEASUREDBRDF_OT_inspect(Inspecting, bpy.types.Operator):
-    """Show how much the material reflects into each direction, as a lobe on the surface and as a plot, while you drag
-    the light. Click again, or press Esc, to end"""
-
-    bl_idname = "measured_brdf.inspect"
-    bl_label = "Inspect Reflectance"
-
-    place: EnumProperty(name="Place", items=_PLACES, default="MOUSE", options={"SKIP_SAVE"})
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        item = context.object
-        material = item.active_material if item is not None else None
-        if material is None or not materials.is_shown(material):
-            cls.poll_message_set("The active object has no measured material")
-            return False
-        return True
 
 
 def _area(context: bpy.types.Context) -> bpy.types.Area | None:

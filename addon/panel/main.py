@@ -10,6 +10,7 @@ import bpy
 
 from ..core import manual, versions
 from ..core.annotations import not_none
+from ..core.blender import targets
 from ..core.blender.active_material import active_material, can_change
 from ..core.shading import material as materials
 from ..core.shading import node_group
@@ -37,7 +38,7 @@ class _Main:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return has_data(context) or (context.object is not None and hasattr(context.object.data, "materials"))
+        return has_data(context) or (context.object is not None and targets.has_surface(context.object))
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), active_material(context)

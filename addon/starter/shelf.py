@@ -17,8 +17,8 @@ from ...fitter.formats import time_and_size
 from ...fitter.library.matching import Match
 from ...fitter.model import published
 from ..core import preferences
-from ..core.annotations import Arguments, not_none
-from ..work import icons, queue, tasks
+from ..core.annotations import Arguments, as_text, not_none
+from ..work import icons, queue
 from ..work.job import Job
 from ..work.recent import Recent
 from . import thumbnails
@@ -84,7 +84,7 @@ def find_offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     words = search.lower().split()
     found = [each for each in published.list_offered() if tag in (ALL, *each.tags)
              and all(word in f"{each.name} {each.label} {' '.join(each.tags)} {each.words}".lower() for word in words)]
-    return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
+    return sorted(found, key=lambda each: -each.brightness)
 
 
 def group_finishes(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
@@ -141,7 +141,7 @@ def watch_folder(folder: str) -> Job[list[thumbnails.FolderEntry]]:
 
 def measurement_icon(measurement: thumbnails.FolderEntry, how: Arguments) -> tuple[int, Exception | None]:
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
-    key: icons.Key = ("watched", *measurement, tasks.freeze(how))
+    key: icons.Key = ("watched", *measurement, as_text(how))
     if key in _icons:
         return _icons.find(key), None
     if key in _failed:

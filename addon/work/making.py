@@ -107,6 +107,8 @@ class FromFolder(properties.FitChoices, AsksForPath):
 
     def checked_folder(self) -> str:
         """The folder, or an error if it has no files of measurements; folders in it that have some are reported."""
+        if not self.directory:
+            raise ValueError("no folder is named: the path is empty")
         folder = bpy.path.abspath(self.directory)
         if not Path(folder).is_dir():
             raise ValueError(f"{folder}: not a folder")

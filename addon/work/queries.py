@@ -12,7 +12,7 @@ from ...fitter.colours import COLOURS, DEFAULT_COLOURS
 from ...fitter.imaging.packed_picture import unpack
 from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance
-from ..core.annotations import Arguments, not_none
+from ..core.annotations import Arguments, as_text, not_none
 from ..core.shading import material as materials
 from ..core.shading import mixing, node_group
 from ..core.storage import edits, paths
@@ -29,7 +29,7 @@ def data(material: bpy.types.Material) -> Job[Data]:
     settings = material.measured_brdf
     path = paths.absolute(material)
     how = load_arguments(settings)
-    return queue.ask(("data", path, settings.sample, tasks.freeze(how)),
+    return queue.ask(("data", path, settings.sample, as_text(how)),
                      partial(tasks.read, path, settings.sample, how=how), "read", max_age=_RECHECK)
 
 
@@ -48,7 +48,7 @@ def held_out(measured: Data, arguments: Arguments) -> Job[float]:
 
 def lit_sphere(about: Hashable, shown: Shown, edit: Arguments | None = None) -> tuple[int, Job[Any]]:
     """The icon of the lit sphere of a fit as it is edited, or until then of one `about` the same; and its job."""
-    key = "sphere", about, shown.digest, "" if edit is None else tasks.freeze(edit)
+    key = "sphere", about, shown.digest, "" if edit is None else as_text(edit)
     return icons.icon(key, partial(tasks.lit_sphere, shown, edit), latest=True)
 
 
@@ -129,4 +129,4 @@ def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
 
 
 def _key(kind: str, measured: Data, arguments: Arguments) -> tuple[str, str, str]:
-    return kind, measured.digest, tasks.freeze(arguments)
+    return kind, measured.digest, as_text(arguments)

@@ -29,7 +29,7 @@ from ...fitter.model.mix import Mix
 from ...fitter.quality import albedo, cross_validation, describe, physics, verdict
 from ...fitter.samples import distinct_channels
 from ..core import versions
-from ..core.annotations import Arguments
+from ..core.annotations import Arguments, as_text
 from ..core.storage.outcomes import Data, EmbeddedFit, FitRequest, Fitted, KeptMix, Measurement, Outcome, Shown, Surface
 from . import discovery, shared
 from .recent import Recent
@@ -91,7 +91,7 @@ def _has_digest(path: str, sample: str, how: Arguments, key: str) -> bool:
 
 def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.Samples, Measurement]:
     """Read measurements; a large file only if it has changed since it was read last."""
-    asked = path, sample or "", freeze(how or {})
+    asked = path, sample or "", as_text(how or {})
     stamp = _stamp(path)
     if stamp is not None and (asked, stamp) in _loaded:
         return _loaded[asked, stamp]
@@ -145,7 +145,7 @@ def ready_outcome(made: Ready, path: str, how: Arguments | None = None) -> Outco
 
 def outcome_alone(made: fitter.Fit, space: str) -> Outcome:
     """What a material is made from, of a fit whose measurements are in no file; its errors are not known."""
-    measured = Measurement("", "", freeze({}), made.name, made.channels, space, "")
+    measured = Measurement("", "", as_text({}), made.name, made.channels, space, "")
     errors = fitter.ErrorMetrics(math.nan, math.nan, math.nan)
     return Outcome(measured, Fitted(made, errors, 0.0), verdict.Verdict(verdict.UNKNOWN, verdict.UNKNOWN, 0.0, 0.0),
                    _surface(made, space, {}))
@@ -198,7 +198,7 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
     """Identifies a saved fit, also by the file format, and by the extension, whose versions may fit differently."""
-    parts: tuple[Any, ...] = name, data_digest, freeze(arguments), fit_file.VERSION, versions.CURRENT
+    parts: tuple[Any, ...] = name, data_digest, as_text(arguments), fit_file.VERSION, versions.CURRENT
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:24]
 
 
@@ -250,7 +250,7 @@ def _assemble_surface(made: Ready, space: str, edit: Arguments) -> Surface:
 
 def fit_once(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     """Fit samples with this digest, unless a worker has done it before. Raises ValueError."""
-    whole = key, freeze(arguments)
+    whole = key, as_text(arguments)
     if whole not in _fits:
         _fits[whole] = shared.once(f"fit {whole}", lambda: _fit_and_judge(samples, key, arguments))
     return _fits[whole]
@@ -409,7 +409,3 @@ def digest(samples: fitter.Samples) -> str:
             content.update(np.ldexp(mantissa, _BITS).astype("<i4").tobytes())
             content.update(exponent.astype("<i2").tobytes())
     return content.hexdigest()[:32]
-
-
-def freeze(arguments: Arguments) -> str:
-    return json.dumps(arguments, sort_keys=True)

@@ -13,7 +13,6 @@ from .summary import BENCH
 
 
 def main():
-    """Judge the materials that the command names."""
     options = running.parser(BENCH, __doc__).parse_args()
     running.main(BENCH, *materials.at_hand(options.names), options)
 

@@ -102,7 +102,6 @@ def _below(samples):
 
 
 def _thinned(samples, count):
-    """At most `count` of the samples, at random."""
     if len(samples) <= count:
         return samples
     kept = np.random.default_rng(_SEED).choice(len(samples), count, replace=False)

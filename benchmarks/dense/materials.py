@@ -30,28 +30,11 @@ FAMILIES = ("RGL", "MERL")
 NEURAL, TURNED, MICROFACET, TABLE = "Neural", "Neural, turned", "Microfacet", "RGL table"
 RGL = ("aurora_white_rgb", "cc_green_malachite_rgb", "cc_ibiza_sunset_rgb", "chm_mint_rgb", "cm_military_green_rgb",
        "ilm_solo_m_68_rgb", "irid_flake_paint1_rgb", "vch_silk_blue_rgb")
-# from mirror-like to dull, and why
-MERL = {
-    "chrome": "metal, a mirror: a peak of 600 / sr over almost nothing",
-    "brass": "polished coloured metal",
-    "nickel": "metal with a highlight of some degrees",
-    "alum-bronze": "metal, a narrow peak with a long tail",
-    "black-oxidized-steel": "metal, dull and dark",
-    "red-metallic-paint": "coated paint, the sharpest highlight of the paints",
-    "blue-metallic-paint": "flakes without a coat: a broad coloured lobe",
-    "color-changing-paint1": "interference: the colour turns with the angle",
-    "white-paint": "bright, with a weak highlight of eight degrees",
-    "dark-red-paint": "matte paint of one channel",
-    "specular-black-phenolic": "plastic, a sharp highlight over black",
-    "gray-plastic": "plastic with a medium highlight",
-    "pvc": "plastic, dark with a soft gloss",
-    "violet-rubber": "without a highlight, coloured",
-    "red-fabric": "fabric that shines at grazing angles",
-    "dark-specular-fabric": "fabric, dark and shining",
-    "fruitwood-241": "varnished wood",
-    "cherry-235": "wood, darker",
-    "white-marble": "polished stone, bright below its highlight",
-    "black-obsidian": "polished stone, a highlight over nothing"}
+# from mirror-like to dull: metals, paints, plastics, rubber, fabrics, woods and stones
+MERL = ("chrome", "brass", "nickel", "alum-bronze", "black-oxidized-steel", "red-metallic-paint", "blue-metallic-paint",
+        "color-changing-paint1", "white-paint", "dark-red-paint", "specular-black-phenolic", "gray-plastic", "pvc",
+        "violet-rubber", "red-fabric", "dark-specular-fabric", "fruitwood-241", "cherry-235", "white-marble",
+        "black-obsidian")
 
 
 @dataclass(frozen=True)
@@ -106,7 +89,6 @@ def at_hand(names=()):
 
 
 def of_rgl(name):
-    """A file of RGL."""
     path = measurements() / "rgl" / f"{name}.bsdf"
     content = Path(path).read_bytes()
     net = neural.published(path.parent / "nbrdf_nets.npz", name)

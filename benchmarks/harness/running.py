@@ -43,7 +43,6 @@ class Bench:
 
 
 def parser(bench, description):
-    """The options of the command of a bench."""
     found = argparse.ArgumentParser(prog=f"python -m benchmarks.{bench.name}", description=description.splitlines()[0])
     found.add_argument(f"--{bench.things}", nargs="+", default=(), metavar="NAME", dest="names",
                        help="only those whose names contain one of these; all by default")
@@ -96,7 +95,6 @@ def main(bench, things, left_out, options):
 
 
 def named(things, names):
-    """Those whose names contain one of the names; all of them without names."""
     return [each for each in things if not names or any(name.lower() in each.name.lower() for name in names)]
 
 

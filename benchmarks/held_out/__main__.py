@@ -10,7 +10,6 @@ from .summary import BENCH
 
 
 def main():
-    """Judge the sets that the command names."""
     parser = running.parser(BENCH, __doc__)
     parser.add_argument("--half", choices=(*sets.HALVES, "all"), default="judged", help="default: %(default)s")
     options = parser.parse_args()

@@ -48,7 +48,6 @@ def judge(found, out):
 
 
 def _measure(samples, truth, parts, judged, make):
-    """The row of a method, and its model."""
     predicted = np.empty(samples.values.shape)
     first = None
     for part in parts:

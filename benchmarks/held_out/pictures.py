@@ -27,7 +27,6 @@ _BACKGROUND, _INK = "0.16", "0.9"
 
 
 def path(out, name):
-    """The file of a set's spheres."""
     return out / f"{re.sub(r'[^a-z0-9]+', '_', name.lower()).strip('_')}.npz"
 
 
@@ -51,7 +50,6 @@ def exposed(reference, lights):
 
 
 def draw(results, out):
-    """Draw a row for each telling set among the results."""
     shown = [record for record in results["sets"] if record["name"] in TELLING]
     if not shown:
         return

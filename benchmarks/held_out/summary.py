@@ -48,7 +48,6 @@ def bytes_per_channel(record):
 
 
 def show(results):
-    """Print the shares of each half and family, and where Standard is behind."""
     for place in _PLACES:
         rows = []
         for half, family, records in _groups(results["sets"]):

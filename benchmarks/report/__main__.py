@@ -92,14 +92,12 @@ def write(paths, out):
 
 
 def at_hand():
-    """The files of CURET and Cornell that are there."""
     folder = checkout.measurements()
     paths = folder / "curet" / "abrdf.dat", *sorted((folder / "cornell").glob("*"))
     return [path for path in paths if path.is_file()]
 
 
 def main():
-    """Write the report, and print its tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.report", description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="*", metavar="FILE", help="measurements; all samples of a CURET file")
     parser.add_argument("--out", type=Path, default="build/report", help="folder to write, default: %(default)s")

@@ -26,7 +26,7 @@ from .node_mixture import NodeMixture, cycles_mixture
 
 SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
-SHADER_VERSION = 11         # of the function that a baked shader computes
+SHADER_VERSION = 12         # of the function that a baked shader computes
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _SHADER_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _BLANK = re.compile(r"^[ \t]*\n", re.MULTILINE)

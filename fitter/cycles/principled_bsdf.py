@@ -146,12 +146,12 @@ def _microfacet_albedo(roughness: float, cos_o: FloatArray) -> tuple[FloatArray,
 def _microfacet_albedo_table() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Roughnesses (r,), cosines (c,), and the albedos of `_microfacet_albedo`, (r, c)."""
     rows, cosines = np.linspace(0, 1, 15), (np.arange(16) + 0.5) / 16
-    whole, grazing = [], []
+    found = []
     for alpha in np.maximum(rows, 0.05) ** 2:
-        share, cos_d = reflect_at_visible_normals(unit_vectors(np.arccos(cosines), 0.0), alpha, alpha, 24)
-        whole.append(share.mean(axis=1))
-        grazing.append((share * (1 - np.clip(cos_d, 0, 1)) ** 5).mean(axis=1))
-    return rows, cosines, np.array(whole), np.array(grazing)
+        for view in unit_vectors(np.arccos(cosines), 0.0):
+            kept, cos_d = reflect_at_visible_normals(view, alpha, alpha, 24)
+            found.append((kept.sum(), (kept * (1 - np.clip(cos_d, 0, 1)) ** 5).sum()))
+    return rows, cosines, *np.array(found).T.reshape(2, len(rows), -1) / 24 ** 2
 
 
 def _sheen(roughness: float, at: Geometry, toward: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -215,11 +215,10 @@ def is_recognised(path: str | Path, columns: str | None = None) -> bool:
     """Whether a file can be read, and is in one of `FORMATS`; or a path names a published material."""
     if published.parse_virtual_path(path) is not None:
         return is_there(path)
-    try:
+    with suppress(DatasetError):
         _recognise(path, columns)
-    except DatasetError:
-        return False
-    return True
+        return True
+    return False
 
 
 def is_read_with_another(path: Path, files: Collection[Path]) -> bool:

@@ -5,7 +5,6 @@ A line VARS names the columns of the rows below; of the other keywords SAMPLE_NA
 """
 
 import re
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -17,8 +16,9 @@ from . import unmeasured
 from .columns import angles_note, look_like_degrees, reflectance, to_brdf
 from .format import Format
 from .isotropy import decide_symmetry
-from .names import ANGLES, parse, role
+from .names import ANGLES, UNSAID, Value, parse, role
 from .reading import BY_DEFAULT, QUANTITIES, Reading
+from .table_columns import Columns, unit_of_angles
 from .text import check_angles, decode, line_error, line_number, lines, parse_number, parse_rows
 
 MOST_VARIABLES = 1000
@@ -28,52 +28,37 @@ _KEYWORD = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(SAMPLE_NAME|NUM_POINTS)[ \t]([
 
 def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read an ASTM file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
-    columns = _columns(content)
-    count = len(columns.angles) + len(columns.values)
-    table = parse_rows(content, columns.start, count, "the variables of the VARS line", columns.separator)
+    columns, start, separator = _columns(content)
+    table = parse_rows(content, start, len(columns.units), "the variables of the VARS line", separator)
     if not len(table):
         raise DatasetError("no rows after VARS, expected measurements", line=columns.line)
-    header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, columns.start)}
+    header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, start)}
     if (points := header.get(b"NUM_POINTS")) is not None:
         said = points[2].strip()
         if parse_number(said, points) != len(table):
             raise line_error(points, f"{len(table)} rows found, expected {decode(said)} as NUM_POINTS says")
-    angles = table[:, columns.angles]
+    angles, unit = columns.angles(table), unit_of_angles(columns, reading)
     in_degrees = reading.angles == "degrees" if reading.angles else (
-        columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles)))
+        unit == "deg" or (unit is None and look_like_degrees(angles)))
 
     def find_line(row: int) -> int:
-        return line_number(next(islice(lines(content, columns.start), row, None)))
+        return line_number(next(islice(lines(content, start), row, None)))
 
     check_angles(angles, find_line, in_degrees)
-    directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
-    notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
+    directions, values = np.radians(angles) if in_degrees else angles, table[:, [*columns.values]]
+    notes = [angles_note(in_degrees, unit, reading)] if reading.angles else []
     directions, values, of_quantity = to_brdf(directions, values, QUANTITIES[reading.quantity or "brdf"],
                                               ", as asked" if reading.quantity else "", columns.line)
-    channels, values, more = reflectance(columns.channels, values, columns.line, reading)
+    channels, values, more = reflectance([value.channel for value in columns.values.values()], values, columns.line,
+                                         reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else ""
     samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name,
                       notes=(*notes, *of_quantity, *more))
     return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
-@dataclass(frozen=True)
-class _Columns:
-    """What the VARS line says, which is the line `line` and ends at `start`: the columns of `ANGLES`, and those of
-    values with their names; the unit of angles, "deg" or "rad", if the names say it; and what separates the numbers
-    below, a comma, or None for white space."""
-
-    angles: list[int]
-    values: list[int]
-    channels: list[str]
-    unit: str | None
-    separator: bytes | None
-    start: int
-    line: int
-
-
-def _columns(content: bytes) -> _Columns:
-    """Read the VARS line."""
+def _columns(content: bytes) -> tuple[Columns, int, bytes | None]:
+    """What the VARS line says, where it ends, and what separates the numbers below: a comma, or None: white space."""
     named = _VARS.search(content)
     if named is None:
         raise DatasetError("no VARS line")
@@ -82,19 +67,19 @@ def _columns(content: bytes) -> _Columns:
     if len(names) > MOST_VARIABLES:
         raise DatasetError(f"more than {MOST_VARIABLES} variables found", line=line)
     roles = [found if (found := role(name)) in ANGLES else "" for name in names]
-    units = {unit if (unit := parse(name).unit) in ("deg", "rad") else None
-             for name, kind in zip(names, roles, strict=True) if kind}
+    units = [unit if (unit := parse(name).unit) in ("deg", "rad") else None for name in names]
+    is_one_unit = len({unit for unit, kind in zip(units, roles, strict=True) if kind}) < 2
     first = next((row[0] for row in lines(content, start)), b"")
     separator = b"," if b"," in first else None
     if (len(first.split(separator, MOST_VARIABLES + 1)) == len(names) + 1
             and sorted(filter(None, roles)) == sorted(set(ANGLES) - {"phi_s"})):
         after = roles.index("theta_s") + 1      # Light Tec's
-        names[after:after], roles[after:after] = ["phi_s"], ["phi_s"]
-    if sorted(filter(None, roles)) != sorted(ANGLES) or len(roles) <= len(ANGLES) or len(units) > 1:
+        names[after:after], roles[after:after], units[after:after] = ["phi_s"], ["phi_s"], [units[after - 1]]
+    if sorted(filter(None, roles)) != sorted(ANGLES) or len(roles) <= len(ANGLES) or not is_one_unit:
         raise DatasetError(f"VARS must name {', '.join(ANGLES)} once each, in one unit, and channels", line=line)
-    values = [column for column, kind in enumerate(roles) if not kind]
-    return _Columns([roles.index(angle) for angle in ANGLES], values, [names[column] for column in values], units.pop(),
-                    separator, start, line)
+    values = {column: Value(names[column], UNSAID, "", False) for column, kind in enumerate(roles) if not kind}
+    angles = {kind: column for column, kind in enumerate(roles) if kind}
+    return Columns(line, units, {}, angles, values), start, separator
 
 
 FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), _VARS.search, read,

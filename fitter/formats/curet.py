@@ -61,7 +61,12 @@ def read(content: bytes, sample: int, path: Path) -> Samples:
 def list_parts(path: Path) -> list[Path]:
     """The files of values that are read with one, itself included: red first, or all; and those that say of each
     channel which measurements overflowed the camera."""
-    return [*(_color_files(path) or [path]), *(path.with_name(f"{letter.lower()}over.dat") for letter in RGB)]
+    members = []
+    if path.name[:1].upper() in RGB and path.name[1:].lower() == "brdf.dat":
+        letters = RGB if path.name[0].isupper() else map(str.lower, RGB)
+        members = [path.with_name(letter + path.name[1:]) for letter in letters]
+    whole = members if members and all(member.is_file() for member in members) else [path]
+    return [*whole, *(path.with_name(f"{letter.lower()}over.dat") for letter in RGB)]
 
 
 @cache
@@ -90,15 +95,6 @@ def _values(path: Path, content: bytes | None, sample: int) -> list[float] | Non
     with name_file(path):
         row = _rows(plain_text(read_bytes(path)) if content is None else content).get(sample)
         return None if row is None else parse_row(row, None, GEOMETRIES + 1, _EXPECTED)[1:]
-
-
-def _color_files(path: Path) -> list[Path] | None:
-    """The files of red, green and blue, if `path` is one of them and all exist."""
-    if path.name[:1].lower() not in {"r", "g", "b"} or path.name[1:].lower() != "brdf.dat":
-        return None
-    upper = path.name[0].isupper()
-    members = [path.with_name((letter if upper else letter.lower()) + path.name[1:]) for letter in RGB]
-    return members if all(member.is_file() for member in members) else None
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,

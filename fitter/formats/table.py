@@ -123,7 +123,8 @@ def _measurements(columns: Columns, numbers: FloatArray, reading: Reading,
         directions, sides = plane.directions(directions[:, 0], directions[:, 2], values, side)
         notes.append(sides)
     elif (directions[:, [0, 2]] < 0).any():
-        directions = _on_the_other_side(directions)
+        theta, phi = directions[:, [0, 2]], directions[:, [1, 3]]
+        directions = np.stack([np.abs(theta), phi + np.pi * (theta < 0)], axis=2).reshape(-1, 4)
         notes.append("Polar angles below 0 are on the other side of the normal")
     if (standard := columns.roles.get(STANDARD)) is not None:
         reflected = parse_number(columns.said.get("standard", "1").encode())
@@ -163,12 +164,6 @@ def _wavelengths_to_columns(angles: FloatArray, wavelengths: FloatArray, values:
     lacking = f"; {np.count_nonzero(~whole):,} without some are left out" if not whole.all() else ""
     note = f"{len(bands)} wavelength{'s' * (len(bands) > 1)} at {len(kept):,} pairs of directions, in rows{lacking}"
     return angles[first[kept]], mean[kept], [f"{number:g}nm" for number in bands], note
-
-
-def _on_the_other_side(directions: FloatArray) -> FloatArray:
-    """Directions whose polar angles are not below 0: (n, 4)."""
-    theta, phi = directions[:, [0, 2]], directions[:, [1, 3]]
-    return np.stack([np.abs(theta), phi + np.pi * (theta < 0)], axis=2).reshape(-1, 4)
 
 
 def _symmetry(content: bytes, layout: Layout, reading: Reading) -> str:

@@ -8,7 +8,7 @@ multiple of the squared control points of the sparse lattice.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -272,39 +272,32 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     return values
 
 
-class IncidenceValidation:
-    """How well a dense lattice predicts whole incidences of many samples between the flattest and the steepest that it
-    has not seen, for any kernel, in `_FOLDS` folds; of samples without any, single ones."""
+def incidence_error(samples: Samples, coordinates: Coordinates, transform: LogRelative) -> Callable[[Kernel], float]:
+    """The error of a kernel by cross-validation: the root mean square of weighted errors with which a dense lattice
+    predicts whole incidences of many samples that it has not seen, between the flattest and the steepest, in `_FOLDS`
+    folds; of samples without any, single ones."""
+    axes = len(coordinates.axes)
+    level = _TRIED[axes]
+    first, unknown = np.unique(dense.representative(level, axes).ravel(), return_inverse=True)
+    x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+    weights, fold = _weights(samples, transform.offset), _folds(samples)
+    parts = [out for out in (fold == number for number in range(_FOLDS)) if out.any() and not out.all()]
+    systems = [NormalEquations(x[~out], [(level, None)]).reduced_system(weights[~out], z[~out]) for out in parts]
 
-    def __init__(self, samples: Samples, coordinates: Coordinates, transform: LogRelative) -> None:
-        self._axes = len(coordinates.axes)
-        self._level = _TRIED[self._axes]
-        same = dense.representative(self._level, self._axes).ravel()
-        self._first, self._unknown = np.unique(same, return_inverse=True)
-        x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
-        weights, fold = _weights(samples, transform.offset), _folds(samples)
-        self._left_out = []
-        for out in (fold == number for number in range(_FOLDS)):
-            if out.any() and not out.all():
-                equations = NormalEquations(x[~out], [(self._level, None)]).reduced_system(weights[~out], z[~out])
-                self._left_out.append((*equations, x[out], weights[out, None], z[out]))
-
-    def error(self, kernel: Kernel) -> float:
-        """The root mean square of weighted errors of the field, by cross-validation: at incidences left out."""
-        inverse = kernel.noise * precision(self._level, self._axes, kernel)[self._first[:, None], self._first]
-        errors = [weights * (dense.evaluate(self._box(matrix + inverse, moment), self._level, x) - z)
-                  for matrix, moment, x, weights, z in self._left_out]
+    def error(kernel: Kernel) -> float:
+        inverse, errors = kernel.noise * precision(level, axes, kernel)[first[:, None], first], []
+        for out, (matrix, moment) in zip(parts, systems, strict=True):
+            box = np.linalg.solve(matrix + inverse, moment)[unknown].reshape(*dense.shape(level, axes), -1)
+            errors.append(weights[out, None] * (dense.evaluate(box, level, x[out]) - z[out]))
         return float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) if errors else 0.0
 
-    def _box(self, matrix: FloatArray, moment: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.solve(matrix, moment)[self._unknown].reshape(
-            *dense.shape(self._level, self._axes), -1))
+    return error
 
-    def select_kernel(self, kernels: Sequence[Kernel]) -> Kernel:
-        """The first of kernels whose cross-validated error is about the least, as far as so coarse a lattice shows."""
-        errors = [self.error(kernel) for kernel in kernels]
-        most = _ALIKE_ERRORS * min(errors)
-        return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= most)
+
+def select_kernel(kernels: Sequence[Kernel], error: Callable[[Kernel], float]) -> Kernel:
+    """The first of kernels whose error is about the least, as far as so coarse a lattice shows."""
+    errors = [error(kernel) for kernel in kernels]
+    return next(kernel for kernel, each in zip(kernels, errors, strict=True) if each <= _ALIKE_ERRORS * min(errors))
 
 
 def _folds(samples: Samples) -> IntArray:

@@ -41,9 +41,8 @@ _SEARCHED = 450             # samples of which the likelihood is computed
 _OF_LATTICES = 4000         # samples to which lobes are fitted, and of many those of which it is computed
 _ROUGHNESSES = (0.7, 1e-5), (1.0, 1e-4), (1.75, 1e-4), (1.75, 1e-3)     # lengths and noises of kernels for many
                             # samples, from rough fields to smooth ones; under the first the rest is chosen
-# samples this many times below the prior count as failures, if they are at most this
+# samples this many times below the prior count as failures, if they are at most this share
 _FAILED_FACTOR, _RARELY = 5.0, 0.01
-                            # share
 _FAILURE = 10.0             # variance of the noise of failures, relative to the field's
 _EQUAL_ANGLES = np.radians(1)  # polar angles that are taken as equal
 _BOTH_WAYS = 0.1            # share of the pairs measured the rarer way, from which samples tell if they are reciprocal
@@ -125,10 +124,10 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
         if back.max() > values[first, number]:
             system = narrow[int(back.argmax())]
     progress.report(0.6)
-    judge = lattices.IncidenceValidation(subsample(samples, lattices.MAX_STRATIFIED), system, transform)
-    kernel = judge.select_kernel(kernels)
+    error = lattices.incidence_error(subsample(samples, lattices.MAX_STRATIFIED), system, transform)
+    kernel = lattices.select_kernel(kernels, error)
     if len(reciprocities) > 1:
-        kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=judge.error)
+        kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=error)
     return Estimate(system, transform, kernel, None, None, None)
 
 

@@ -43,11 +43,6 @@ class Conductor:
         """Whether the lobe has one width."""
         return self.alpha == self.across
 
-    @property
-    def brightness(self) -> float:
-        """The largest component of what is reflected at normal incidence."""
-        return float(self._fresnel[-1].max())
-
     def log_falloff(self, theta_h: FloatArray) -> FloatArray:
         """By how much the logarithm of the lobe is lower than at its peak, at half angles of (n,) radians."""
         return 2 * np.log1p(np.tan(theta_h) ** 2 / min(self.alpha, self.across) ** 2)
@@ -117,9 +112,9 @@ class Conductor:
     def _albedo(self) -> FloatArray:
         """E at `_TABLE_ANGLES` and `_PHI`: (46, 10)."""
         theta, phi = np.minimum(_TABLE_ANGLES, np.pi / 2 - 1e-6), _PHI[:1] if self.isotropic else _PHI
-        shares = [reflect_at_visible_normals(unit_vectors(each, phi), self.alpha, self.across, _QUADRATURE)[0]
-                  for each in theta]
-        return np.broadcast_to(np.mean(shares, axis=2), (len(_TABLE_ANGLES), len(_PHI)))
+        sums = [[reflect_at_visible_normals(view, self.alpha, self.across, _QUADRATURE)[0].sum() for view in views]
+                for views in unit_vectors(theta[:, None], phi)]
+        return np.broadcast_to(np.array(sums) / _QUADRATURE ** 2, (len(_TABLE_ANGLES), len(_PHI)))
 
 
 def conductor_fresnel(n: FloatArray, k: FloatArray, cosine: FloatArray) -> FloatArray:

@@ -123,4 +123,4 @@ def narrow_directions(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArra
 def coat(alpha: float, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> FloatArray:
     """GGX reflection of the coat, with height-correlated masking: (n,), 1/sr."""
     at = geometry(theta_i, phi_i, theta_o, phi_o)
-    return ggx(at, alpha) * (COAT_F0 + (1 - COAT_F0) * (1 - at.cos_d) ** 5)
+    return ggx(at, alpha, COAT_F0 + (1 - COAT_F0) * (1 - at.cos_d) ** 5)

@@ -31,11 +31,6 @@ class Low2012:
     eta: float          # index of refraction
 
     @property
-    def brightness(self) -> float:
-        """The largest component of the Lambertian's albedo."""
-        return float(self.kd.max())
-
-    @property
     def width(self) -> float:
         """The half angle within which the lobe is level, radians."""
         return float(min(0.05 * np.sqrt(2 / self.b), 0.01))

@@ -67,6 +67,11 @@ class PublishedMaterial(NamedTuple):
         return not isinstance(self.model, Low2012)
 
     @property
+    def brightness(self) -> float:
+        """The largest component of a published Lambertian's albedo; infinity of what is computed."""
+        return float(self.model.kd.max()) if isinstance(self.model, Low2012) else np.inf
+
+    @property
     def finish(self) -> str:
         """Of a metal, one of `FINISHES`; else empty."""
         return self.name.rpartition("-")[2] if METAL in self.tags and self.is_computed else ""
@@ -255,6 +260,7 @@ def directions(model: Low2012 | Conductor | Translucent) -> Directions:
 
 def _half_angles(model: Low2012 | Conductor | Translucent, count: int) -> FloatArray:
     """theta_h of samples, (count,) radians from 0 to grazing: evenly spaced in the lobe's fall and in the angle."""
-    theta = np.concatenate([[0.0], np.geomspace(model.width, _GRAZING_PUBLISHED, 4000)])
-    way = model.log_falloff(theta) / _FALL + theta / _FALL_ANGLE
+    lobe = model.surface if isinstance(model, Translucent) else model
+    theta = np.concatenate([[0.0], np.geomspace(lobe.width, _GRAZING_PUBLISHED, 4000)])
+    way = lobe.log_falloff(theta) / _FALL + theta / _FALL_ANGLE
     return np.interp(np.linspace(0, way[-1], count), way, theta)

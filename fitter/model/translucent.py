@@ -30,20 +30,6 @@ class Translucent:
         """Whether the surface is."""
         return self.surface.isotropic
 
-    @property
-    def brightness(self) -> float:
-        """The largest component of its albedo."""
-        return float(self.subsurface.albedo.max())
-
-    @property
-    def width(self) -> float:
-        """As of its surface."""
-        return self.surface.width
-
-    def log_falloff(self, theta_h: FloatArray) -> FloatArray:
-        """As of its surface."""
-        return self.surface.log_falloff(theta_h)
-
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., 3) float64."""
         return self.surface.evaluate(theta_i, phi_i, theta_o, phi_o) + self.subsurface.diffuse(theta_i, theta_o)

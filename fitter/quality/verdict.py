@@ -1,15 +1,9 @@
-"""A judgement of a fit in plain words: how closely it matches the measurements, and what it is worth between them.
-
-`grade_message` makes words of all errors: of fits, of photographs that are predicted from others, and of renders
-beside them.
+"""A judgement of a fit in plain words: how closely it matches the measurements, and what it is worth between them
+(docs/fitting.md). `grade_message` makes words of all errors: of fits, of photographs that are predicted from others,
+and of renders beside them.
 
 Errors are in steps of lightness: 100 times the difference of the cube roots of cosine-weighted reflectance, white being
-a Lambertian surface of albedo 1. The cube root is the metric that agreed best with observers (see
-`cross_validation.cube_root`); a step is about that of L* in CIELAB, of which people notice some two side by side.
-Differences above twice the cube root of white do not count: no screen shows them.
-
-The grades rest on the difference between pictures of fits and of surfaces that are known everywhere: their limits were
-chosen with one half of the surfaces, and the other half judged them (docs/fitting.md).
+a Lambertian surface of albedo 1. Differences above twice the cube root of white do not count: no screen shows them.
 """
 
 import math

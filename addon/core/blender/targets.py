@@ -13,6 +13,7 @@ from .transaction import find_by_session_uid
 
 ACTIVE_SLOT = -1
 _NOTHING = -1               # as an object: nothing was active; 0 is an operator's default
+_WITHOUT_SURFACE = {"VOLUME", "GREASEPENCIL", "GPENCIL"}     # unless modifiers make meshes of them
 _SOLID = {"TEXTURED", "SOLID"}
 _MOST_SEEN_THROUGH = 16     # objects in front of the one that is hit
 _STEP = 1e-4                # beyond an object that is seen through, relative to its distance
@@ -33,7 +34,7 @@ def active(context: bpy.types.Context) -> Target:
 def list_selected(context: bpy.types.Context) -> list[Target]:
     """The active object, and where it can have materials, those that are selected beside it and can; active slots."""
     items = [item for item in (context.object, *getattr(context, "selected_objects", ()))
-             if item is not None and hasattr(item.data, "materials")]
+             if item is not None and has_surface(item)]
     others = [item for item in items if item != context.object] if context.object in items else []
     return [active(context), *(Target(item.session_uid) for item in others)]
 
@@ -54,6 +55,11 @@ def region_under_mouse(area: bpy.types.Area, event: bpy.types.Event) -> bpy.type
     return under[0] if under and all(region.type == "WINDOW" for region in under) else None
 
 
+def has_surface(item: bpy.types.Object) -> bool:
+    """Whether an object may show the surface of a material."""
+    return hasattr(item.data, "materials") and (item.type not in _WITHOUT_SURFACE or len(item.modifiers) > 0)
+
+
 def assign_all(chosen: Sequence[Target], material: bpy.types.Material) -> str:
     """Assign a material to the objects that can have it: why the first cannot where none can; else empty."""
     refused = [assign(target, material) for target in chosen]
@@ -67,7 +73,7 @@ def assign(target: Target, material: bpy.types.Material) -> str:
         return "no object was active"
     if item is None:
         return "its object has been removed meanwhile"
-    if not hasattr(item.data, "materials"):
+    if not has_surface(item):
         return f"{item.name} has no surface"
     slots = item.material_slots
     wanted = not_none(item.active_material_index) if target.slot == ACTIVE_SLOT else target.slot

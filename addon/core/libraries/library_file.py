@@ -12,6 +12,7 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 import bpy
@@ -76,12 +77,9 @@ def _temporary(part: Path) -> Path:
 
 
 def next_part(path: str | Path) -> Path:
-    path, number = Path(path), 2
-    part = path
-    while part.exists() and (part != path or not refusal(part)):
-        part = path.with_name(f"{path.stem}-{number:03d}{path.suffix}")
-        number += 1
-    return part
+    path = Path(path)
+    further = (path.with_name(f"{path.stem}-{number:03d}{path.suffix}") for number in count(2))
+    return path if not path.exists() or refusal(path) else next(part for part in further if not part.exists())
 
 
 @contextmanager
@@ -105,10 +103,8 @@ def writing(path: str | Path, force: bool) -> Iterator[None]:
 
 def kept_name(path: str | Path) -> str:
     """A free name under which to keep a file; not X.blend1, which Blender overwrites."""
-    path, number = Path(path), 1
-    while path.with_name(f"{path.name}.kept{number}").exists():
-        number += 1
-    return f"{path.name}.kept{number}"
+    path = Path(path)
+    return next(name for number in count(1) if not path.with_name(name := f"{path.name}.kept{number}").exists())
 
 
 def open_part(path: Path) -> _DiskVersion:

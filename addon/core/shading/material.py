@@ -10,13 +10,13 @@ import numpy as np
 from ....fitter.cycles.bake import SHADER_VERSION
 from ....fitter.shader_constants import MOST_MIXED
 from .. import versions
-from ..annotations import not_none
+from ..annotations import as_text, not_none
 from ..blender import followers
 from ..blender.node_trees import list_upstream, use_nodes
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
 from ..storage.outcomes import Outcome, Surface
-from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
+from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, fit_arguments
 from . import export_surface, mixing, node_group
 from .compiler import Shader, compile_surface
 

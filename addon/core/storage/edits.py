@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import bpy
 
-from ..annotations import Arguments
-from .properties import as_text
+from ..annotations import Arguments, as_text
 
 edit_sources: list[Callable[[bpy.types.Material], Arguments]] = []
 """Functions that return keyword arguments of `fitter.edited` for a material."""

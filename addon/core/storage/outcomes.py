@@ -1,7 +1,6 @@
 """The results of the background processes, which materials are made from. Nothing here imports bpy."""
 
 import hashlib
-import json
 from typing import NamedTuple
 
 from ....fitter import ErrorMetrics, Fit
@@ -10,7 +9,7 @@ from ....fitter.cycles.node_mixture import Nodes
 from ....fitter.cycles.principled_bsdf import Principled
 from ....fitter.quality import verdict
 from ....fitter.quality.describe import Description
-from ..annotations import Arguments
+from ..annotations import Arguments, as_text
 
 
 class Measurement(NamedTuple):
@@ -66,7 +65,7 @@ class FitRequest(NamedTuple):
 
     @property
     def digest(self) -> str:
-        return f"{self.data.digest} {json.dumps(self.arguments, sort_keys=True)}"
+        return f"{self.data.digest} {as_text(self.arguments)}"
 
     @property
     def colours(self) -> str:

@@ -18,7 +18,7 @@ from ....fitter.methods.presets import PRESET_DESCRIPTIONS
 from ....fitter.model import published
 from ....fitter.quality import verdict
 from ....fitter.quality.verdict import UNKNOWN
-from ..annotations import Arguments
+from ..annotations import Arguments, as_text
 from .paths import RELATIVE_PATHS
 
 NO_SPECULAR_LEVEL = -1
@@ -150,11 +150,6 @@ def _use_levels(choices: Choices, name: str) -> None:
     for level in FIT_LEVELS:
         value = _PRESET_ARGUMENTS[name][level]
         setattr(choices, level, NO_SPECULAR_LEVEL if value is None else value)
-
-
-def as_text(arguments: Arguments) -> str:
-    """Arguments of a fit as text, which a material remembers."""
-    return json.dumps(arguments, sort_keys=True)
 
 
 def fitted_arguments(settings: Any) -> Arguments | None:

@@ -3,8 +3,13 @@
 B. Walter, S. R. Marschner, H. Li, K. E. Torrance: Microfacet Models for Refraction through Rough Surfaces, EGSR 2007,
 with the height-correlated visibility of E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based
 BRDFs, JCGT 3(2), 2014, and the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering,
-1994. All channels share a width. Fitted to the cube root of cosine-weighted reflectance by SciPy's least squares from
-several starts. Widths that differ by channel predict held-out samples no better.
+1994. Each channel has a diffuse reflectance kd and a reflectance F0 at normal incidence; all share a width alpha ::
+
+    f = kd + D(theta_h) F(theta_d) V(theta_i, theta_o),    D = alpha^2 / (pi ((alpha^2 - 1) cos^2 theta_h + 1)^2)
+    V = 1 / (2 (cos theta_o L(theta_i) + cos theta_i L(theta_o))),    L = sqrt(alpha^2 + (1 - alpha^2) cos^2 theta)
+
+Fitted to the cube root of cosine-weighted reflectance by SciPy's least squares from several starts. Widths that differ
+by channel predict held-out samples no better.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,9 @@
 """A neural BRDF: a network of 675 weights that takes the half and the difference vector.
 
 A. Sztrajman, G. Rainer, T. Ritschel, T. Weyrich: Neural BRDF Representation and Importance Sampling, Computer Graphics
-Forum 40(6), 2021. Two hidden layers of 21 units with a ReLU, and an exponential output, trained as theirs by Adam (D.
-P. Kingma, J. Ba: Adam: A Method for Stochastic Optimization, ICLR 2015). They have the million samples of a MERL
+Forum 40(6), 2021: f = max(exp(W3 r(W2 r(W1 (h, d) + b1) + b2) + b3) - 1, 0) of hidden layers of 21 units, r(x) = max(x,
+0). It is trained as theirs by Adam (D. P. Kingma, J. Ba: Adam: A Method for Stochastic Optimization, ICLR 2015). They
+have the million samples of a MERL
 material; here are few. Hence several networks are trained from random weights, and what is kept is the network, and the
 moment of its training, with the least error of `cube_root` at a tenth of the samples, which training does not see.
 """

@@ -1,7 +1,8 @@
 """A thin-plate spline of the logarithm of reflectance: the interpolant of scattered data that needs no model.
 
 J. Duchon: Splines Minimizing Rotation-Invariant Semi-Norms in Sobolev Spaces, 1977, by SciPy's `RBFInterpolator` in
-half and difference coordinates. Its smoothing is that of a few which predicts best what is held out of an inner fit.
+half and difference coordinates mu: f = exp(p(mu) + sum_k a_k |mu - mu_k|^2 log |mu - mu_k|) - offset. Its
+smoothing is that of a few which predicts best what is held out of an inner fit.
 The solution takes the cube of the number of samples: of more than `MOST` the spline takes those that lie farthest
 apart.
 """

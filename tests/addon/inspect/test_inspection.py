@@ -16,6 +16,7 @@ from fitter.imaging import plane_plot
 from fitter.methods import prior
 from support.anisotropic import brushed_fit
 from support.cases import release
+from support.operators import methods
 from support.stage import black_scene, material_for
 from tests.addon.answers import answer_all
 
@@ -159,18 +160,11 @@ def stage(blender, monkeypatch):
     fake = SimpleNamespace(context=context, data=bpy.data, app=bpy.app, types=SimpleNamespace(SpaceView3D=space))
     monkeypatch.setattr(session, "bpy", fake)
 
-    class Operator(operators.Inspecting):
-        place = "MOUSE"
-        reports: list
-
-        def __init__(self):
-            self.reports = []
-
-        def report(self, kind, message):
-            self.reports.append((kind, message))
-
+    operator, reports = type("Driven", (), methods(operators.MEASUREDBRDF_OT_inspect))(), []
+    operator.place, operator.reports = "MOUSE", reports
+    operator.report = lambda kind, message: reports.append((kind, message))
     made = SimpleNamespace(item=item, area=area, region=region, window=window, context=context, timers=timers,
-                           handlers=handlers, operator=Operator())
+                           handlers=handlers, operator=operator)
 
     def send(kind="MOUSEMOVE", value="NOTHING", at=(WIDTH / 2, HEIGHT / 2), **modifiers):
         keys = {"ctrl": False, "alt": False, "shift": False, "oskey": False} | modifiers

@@ -80,6 +80,14 @@ def test_a_folder_becomes_materials_and_a_curet_file_one_a_sample(blender, data,
     assert blender.data.materials["polyester"].measured_brdf.sample == "polyester"
 
 
+def test_no_folder_is_not_the_current_one(blender, tmp_path, monkeypatch, write_astm, glossy):
+    write_astm(tmp_path / "glossy.astm", glossy)
+    monkeypatch.chdir(tmp_path)
+    for name in ("import_folder", "convert_folder"):
+        with pytest.raises(RuntimeError, match="no folder is named: the path is empty"):
+            getattr(blender.ops.measured_brdf, name)()
+
+
 def test_a_folder_without_measurements_is_an_error_that_says_what_to_do(blender, tmp_path):
     with pytest.raises(RuntimeError, match=r"no files of measurements .*choose a folder"):
         blender.ops.measured_brdf.import_folder(directory=str(tmp_path))

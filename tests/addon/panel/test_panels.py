@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from measured_brdf.addon.adjust import panel as adjust
 from measured_brdf.addon.core import preferences
+from measured_brdf.addon.core.annotations import as_text
 from measured_brdf.addon.core.storage import properties
 from measured_brdf.addon.core.storage.properties import CHOICES, quality_summary
 from measured_brdf.addon.importing import details, import_data, measurements
@@ -275,7 +276,7 @@ def test_a_poor_match_comes_with_what_to_do_about_it(material, match, preset, ad
     settings = material.measured_brdf
     settings.match, settings.between = match, -1
     properties.use_preset(settings, preset)
-    settings.fitted_as = properties.as_text(properties.fit_arguments(settings))
+    settings.fitted_as = as_text(properties.fit_arguments(settings))
     assert properties.quality_summary(settings).line == advice
     assert advice in draw(main.MEASUREDBRDF_PT_material, material=material).texts
 

@@ -62,8 +62,9 @@ def describe():
 def pixel(place):
     """Where the scene's camera shows a place: column and row in pixels, as `ball_scene.Scene.toward` counts them."""
     scene = bpy.context.scene
-    bpy.context.view_layer.update()
-    x, y, _ = world_to_camera_view(scene, scene.camera, Vector(place))
+    # evaluated: up to Blender 4.5 without a window those of a scene that was just made have places only there
+    camera = scene.camera.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    x, y, _ = world_to_camera_view(scene, camera, Vector(place))
     return x * scene.render.resolution_x, (1 - y) * scene.render.resolution_y
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fitter.lattice import dense, perfect_hash, sparse
-from fitter.lattice.normal_equations import gains
 from tests.fitter.lattice.test_dense import random_points
 
 
@@ -45,17 +44,3 @@ def test_a_lattice_too_large_for_memory_is_evaluated_by_its_keys(random):
                 expected[row] += stored[key] * math.prod(w[row, each] for w, each in zip(along, k, strict=True))
     assert np.abs(expected).max() > 0.05
     np.testing.assert_allclose(lattice.evaluate(x), expected, atol=1e-12)
-
-
-def test_gains_are_those_of_one_control_point_alone(random):
-    x, z = random_points(random, 500, 4), random.standard_normal((500, 2))
-    weights = random.uniform(0.1, 3, len(x))
-    same = dense.representative(1, 4).ravel()
-    gain = gains(x, 1, weights, z)
-    single, counts = np.unique(same, return_counts=True)
-    for one in random.choice(single[counts == 1], 20, replace=False):
-        column = weights * dense.evaluate((same == one).astype(float).reshape(*dense.shape(1, 4), 1), 1, x)[:, 0]
-        expected = ((column @ (weights[:, None] * z)) ** 2).sum() / (column @ column)
-        assert gain[one] <= expected * (1 + 1e-9)
-        if column @ column > 1:                 # at the rim it is held back
-            assert gain[one] == pytest.approx(expected, rel=0.05)

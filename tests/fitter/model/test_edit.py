@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import fitter
 from fitter.arrays import unit_vectors
+from fitter.coordinates.nusselt import Nusselt
 from fitter.errors import DatasetError
+from fitter.lattice import dense
 from fitter.methods.editing import edited
 from fitter.model import edit
 from fitter.model.fit import Fit
@@ -120,9 +122,6 @@ def test_a_coat_over_white_never_reflects_more_than_there_is(alpha):
 
 
 def _flat(value):
-    from fitter.coordinates.nusselt import Nusselt
-    from fitter.lattice import dense
-
     return Nusselt(), dense.DenseLattice(1, np.full((*dense.shape(1), 1), value, dtype=np.float32))
 
 

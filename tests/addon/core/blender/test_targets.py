@@ -231,6 +231,19 @@ def test_a_target_that_has_gone_or_lost_slots_is_told(scene, file, capfd):
     assert scene.data.materials["glossy.001"].use_fake_user
 
 
+def test_drawings_and_volumes_have_no_surface_unless_modifiers_may_make_one(scene):
+    material = scene.data.materials.new("measured")
+    drawing = "grease_pencil_add" if "grease_pencil_add" in dir(scene.ops.object) else "gpencil_add"
+    for make in (getattr(scene.ops.object, drawing), scene.ops.object.volume_add):
+        make()
+        item = scene.context.object
+        before = [slot.material for slot in item.material_slots]
+        assert targets.assign(targets.active(scene.context), material) == f"{item.name} has no surface"
+        assert [slot.material for slot in item.material_slots] == before
+    scene.context.object.modifiers.new("meshes", "NODES")
+    assert targets.assign(targets.active(scene.context), material) == ""
+
+
 def test_objects_that_cannot_have_the_material_are_named(scene, file, tmp_path, capfd):
     scene.context.view_layer.objects.active = None
     scene.ops.measured_brdf.import_data(filepath=file, **CHEAP)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from measured_brdf.addon.core.shading import export_surface
 from measured_brdf.addon.core.storage.reading import scene_colours
-from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
+from measured_brdf.addon.panel.fixes import MEASUREDBRDF_PT_export as Panel
 
 from fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb
 from fitter.cycles.principled_bsdf import Principled
