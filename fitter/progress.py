@@ -47,29 +47,17 @@ def each(items: Sequence[_Item]) -> Iterator[_Item]:
 
 @contextmanager
 def listen(listener: Listener) -> Iterator[None]:
-    """Tell a listener what is reported within. The fractions that it is told never fall."""
-    farthest, now = 0.0, ""
+    """Tell a listener, and whoever listens already, what is reported within. The fractions never fall."""
+    outer, farthest, now = _listener.get(), 0.0, ""
 
     def report_rising(fraction: float, doing: str) -> None:
         nonlocal farthest, now
         farthest, now = max(farthest, min(fraction, 1.0)), doing or now
         listener(farthest, now)
+        if outer is not None:
+            outer(farthest, now)
 
     with _replace_listener(report_rising):
-        yield
-
-
-@contextmanager
-def listen_also(listener: Listener) -> Iterator[None]:
-    """As `listen`, and whoever listens already is told as well."""
-    outer = _listener.get()
-
-    def report_both(fraction: float, doing: str) -> None:
-        listener(fraction, doing)
-        if outer is not None:
-            outer(fraction, doing)
-
-    with listen(report_both):
         yield
 
 

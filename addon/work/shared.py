@@ -36,7 +36,7 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
             os.utime(path)
             known: _Result = pickle.loads(path.read_bytes())
             return known
-        with progress.listen_also(lambda fraction, doing: write_progress(_progress_path(path), fraction, doing)):
+        with progress.listen(lambda fraction, doing: write_progress(_progress_path(path), fraction, doing)):
             result = work()
         with contextlib.suppress(OSError), replace_file(path) as stream:
             pickle.dump(result, stream)

@@ -91,7 +91,7 @@ def test_whoever_listens_outside_is_told_what_is_overheard():
     inner = []
 
     def work():
-        with progress.part(0.5, 1.0), progress.listen_also(lambda fraction, doing: inner.append((fraction, doing))):
+        with progress.part(0.5, 1.0), progress.listen(lambda fraction, doing: inner.append((fraction, doing))):
             progress.report(0.5, "half")
 
     told, _ = told_by(work)

@@ -41,7 +41,8 @@ def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], c
     global _last
     key = depsgraph.scene.session_uid, depsgraph.view_layer.name, depsgraph.mode
     if _last.key != key or changed.structure:
-        instancers = {item.session_uid for item in list_instancers()}
+        is_known = _last.key is not None and not changed.structure       # another scene or layer has the same ones
+        instancers = _last.instancers if is_known else {item.session_uid for item in list_instancers()}
         has_set = not_none(depsgraph.scene).background_set is not None
         _last = _Search(key, has_set or len(instancers) > 0, instancers)
         if _last.possible:
