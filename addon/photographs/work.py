@@ -36,7 +36,7 @@ from ..work import tasks
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs
 START = -0.6, -0.8, 0.7     # m from the origin: where lamps are until somebody says where they stood
 LIGHT_POSITIONS = light_positions.SUFFIX, *light_positions.PROJECTS
-_SAME_EXPOSURE = 0.01               # relative difference of exposures that are the same
+_SAME_EXPOSURE = 0.01       # relative difference of exposures that are the same
 # what messages have of a description, and what the panel has in its place
 _IN_PANEL = {'say so by encoding = "linear"': "set Values to Linear",
              "leave_out leaves such photographs out": "Untick such photographs to leave them out",
