@@ -31,7 +31,6 @@ def seconds(work, runs):
 
 
 def compile_source(source):
-    """Compile OSL source as a script node does."""
     import _cycles
 
     with tempfile.TemporaryDirectory() as folder:

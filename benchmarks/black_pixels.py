@@ -25,7 +25,6 @@ BELOW = -0.02               # of the mean
 
 
 def hundred_lamps():
-    """More point lamps than the shader knows."""
     random = np.random.default_rng(1)
     for _ in range(100):
         z, turn = random.uniform(0.1, 1), random.uniform(0, 2 * np.pi)
@@ -42,12 +41,10 @@ def lit_mesh():
 
 
 def area_lamp():
-    """One area lamp of 2 m."""
     area(300, (-3, -3, 4))
 
 
 def three_lamps():
-    """Two area lamps and a spot."""
     area(250, (-4, -3, 4), size=1.5)
     area(120, (4, -2, 3), size=1.0)
     place = 1, -5, 5
@@ -87,12 +84,10 @@ def _add_bump_map(tree):
 
 
 def below(picture):
-    """How many pixels have a channel below BELOW of the mean."""
     return int((picture < BELOW * picture.mean()).any(axis=-1).sum())
 
 
 def is_there(name):
-    """Whether the measurements of a scene are at hand."""
     return (checkout.measurements() / FILES[SCENES[name][1]][0]).is_file()
 
 

@@ -1,16 +1,9 @@
-"""Everything that the extension offers, as a ball: ``make contact`` writes build/contact/, a tile for each way.
+"""Everything that the extension offers, as a ball: ``make contact`` writes build/contact/ (docs/rendering.md).
 
-The starter library as it is shipped, all measurements at hand by the preset Standard, and edits of a few, under two
-area lamps, a small spot and a dim sky: Exact, Nodes, and the closest Principled BSDF, each of 64 samples as they are
-and denoised, and EEVEE's of the material and of the Principled. The table counts, of the pixels of each tile: those
-darker than .25 of the median of the 5 x 5 pixels around them, those brighter than 4 times it, and those with a channel
-below zero.
-
-EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri). ``python -m
-benchmarks.contact [--published N] [--only TEXT ...] [--jobs N] [--out FOLDER]``: N of the starter library, evenly;
-materials whose name contains one of the texts; by N processes, in the order in which they come. ``--turn VERSION`` is
-what a release renders: MARKED, and a third of the rest, another one for the next version. The exit code is 1 where one
-of MARKED is more conspicuous than its Principled.
+EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri). ``--published N`` takes N
+of the starter library, evenly; ``--only TEXT ...`` materials whose names contain one of the texts; ``--turn VERSION``
+what a release renders, MARKED and a third of the rest. The exit code is 1 where one of MARKED is more conspicuous than
+its Principled.
 """
 
 import argparse
@@ -109,7 +102,6 @@ class Tile:
 
 
 def tile(picture):
-    """Count in a picture."""
     over = to_median(np.maximum(picture, 0).mean(axis=-1))
     return Tile(picture, int((over < DARK).sum()), int((over > BRIGHT).sum()), int((picture < 0).any(axis=-1).sum()))
 
@@ -181,12 +173,10 @@ def counts(found):
 
 
 def in_columns(numbers):
-    """Counts, or sums of them, as they stand in the table."""
     return "  ".join("{:4} {:3} {:3}".format(*each) for each in numbers.reshape(-1, 3))
 
 
 def _draw(rows, path):
-    """Write a contact sheet: a row of tiles for each material."""
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(len(rows), len(TITLES), figsize=(16, 1.5 * len(rows) + 0.2), squeeze=False)
@@ -213,7 +203,6 @@ def _offered(published):
 
 
 def _row(published, name):
-    """The name of a material, its tiles, and the seconds that they took."""
     fit, start = _offered(published)[name], time.perf_counter()
     return name, tiles(fit(), name), time.perf_counter() - start
 

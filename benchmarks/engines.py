@@ -1,13 +1,8 @@
-"""Closure nodes beside the exact rendering: in Cycles without OSL, and in EEVEE.
+"""Closure nodes beside the exact rendering, in Cycles without OSL and in EEVEE (docs/engines.md).
 
-``python -m benchmarks.engines [--out FOLDER]`` prints two tables, and writes a sheet of spheres.
-
-- What goes wrong by integration: the share of the reflected light in wrong directions, in the mean over the viewing
-  angles and at the worst up to 80 degrees; and the largest difference of the nodes' albedo from the fit's.
-- Spheres under a sun of a degree and a 2 m area lamp, beside Exact of many samples: the difference of the mean, and
-  FLIP as `benchmarks.dense.image_errors` has it. FLIP of Exact of as few samples tells what noise alone does.
-
-EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri).
+``python -m benchmarks.engines [--out FOLDER]``. What goes wrong by integration, and spheres beside Exact of many
+samples; FLIP of Exact of as few tells what noise alone does. EEVEE needs OpenGL: Mesa's in software will do (on Debian:
+libegl-mesa0 and libgl1-mesa-dri).
 """
 
 import argparse
@@ -25,6 +20,7 @@ from support.anisotropic import ANISOTROPIC, rotations
 from support.evidence import show_table
 
 from .dense import image_errors
+from .ordinary import area
 
 FILES = {"felt": "curet/abrdf.dat", "aluminum foil": "curet/abrdf.dat", "velvet": "curet/abrdf.dat",
          "krylon": "cornell/krylon_blue_RGB.astm", "garnet": "cornell/garnet_red_RGB.astm",
@@ -41,15 +37,10 @@ def sun():
     stage.add_lamp("SUN", math.pi, rotation=(0, -math.radians(50), 0), angle=math.radians(1))
 
 
-def area():
-    stage.add_lamp("AREA", 300, (-3, 0, 3), stage.rotation_toward((-3, 0, 3)), shape="SQUARE", size=2.0)
-
-
-LIGHTS = {"sun": sun, "area": area}
+LIGHTS = {"sun": sun, "area": functools.partial(area, 300, (-3, 0, 3))}
 
 
 def samples_of(name):
-    """The measurements of a material."""
     if name in SYNTHETIC:
         truth, = (each for each in ANISOTROPIC if each.name == name)
         directions = rotations(16)
@@ -92,7 +83,6 @@ def compared(truth, *others):
 
 
 def main():
-    """Print the tables and write the picture."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.engines", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("build/engines"), help="default: %(default)s")
     out = parser.parse_args().out

@@ -2,12 +2,9 @@
 
     python -m benchmarks.flat [TEXELS] [--coin FOLDER]      along each side, 1,024 by default; some ten minutes
 
-Then real ones (`flat_real`); with 0 texels these alone. The coin's folder is `build/cointest` by default.
-
-Sixteen photographs of 24 million pixels with 1 % of noise, as TIFF of 16 bits (2.3 GB, in a temporary folder), four
-materials that are given, normals to 15 degrees. They are rendered at a 40th of the size and enlarged. Processor time is
-that of all threads, which on idle cores is divided among them; memory is the most that was resident, after the
-photographs were read and at the end.
+Sixteen photographs of 24 million pixels as TIFF of 16 bits (2.3 GB, in a temporary folder), which are rendered at a
+40th of the size and enlarged. Processor time is that of all threads; memory is the most that was resident, after the
+photographs were read and at the end. Then real ones (`flat_real`); with 0 texels these alone.
 """
 
 import argparse
@@ -44,7 +41,6 @@ def four_weights(u, v):
 
 
 def sample():
-    """Four materials on a surface with bumps."""
     return flat_scene.Sample(tuple(make() for _, make in materials(NAMES)), four_weights, flat_scene.bumps)
 
 
@@ -80,7 +76,6 @@ def main():
 
 
 def computed(side):
-    """Print the table of computed photographs, of maps with so many texels along the width."""
     ball_files.add_openimageio()
     with tempfile.TemporaryDirectory() as folder:
         writing = multiprocessing.get_context("spawn").Process(target=write, args=(folder, side))

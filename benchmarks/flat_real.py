@@ -42,7 +42,6 @@ def description(box, texels, lamps):
 
 
 def directions(files, toward):
-    """Tables of photographs under lamps in these directions."""
     return "".join(f"[[photograph]]\nfiles = ['{file}']\ndirection = {[float(x) for x in each]}\n"
                    for file, each in zip(files, toward, strict=True))
 

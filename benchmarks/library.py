@@ -22,8 +22,8 @@ from fitter.methods import regression_kriging
 from fitter.methods.gaussian_process import Kernel
 from fitter.model import published
 from support.evidence import show_table
-from support.lamp_spheres import lamp_sphere
-from support.library import albedo_error, swapped_error
+from support.faults import albedo_error, swapped_error
+from support.spheres import lamp_sphere
 
 _LIMITS = 0.02, 0.05, 0.1, 0.25
 _WORST = 5

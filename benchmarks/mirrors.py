@@ -1,6 +1,6 @@
 """Spikes and holes that fits have within 1.5 degrees of mirror directions, in all files at hand that measure there.
 
-Of files that measure many directions of each incidence, a fit is compared with the samples around (`support.mirrors`);
+Of files that measure many directions of each incidence, a fit is compared with the samples around (`support.faults`);
 of RGL's, whose samples have an incidence each, with the file's own function within .3 degrees.
 
     python -m benchmarks.mirrors [NAME ...]
@@ -12,8 +12,7 @@ import fitter
 from fitter.formats import rgl
 from support.checkout import measurements
 from support.evidence import show_table
-from support.mirrors import ratios_to_function, ratios_to_samples
-from support.rims import Clipped
+from support.faults import Clipped, ratios_to_function, ratios_to_samples
 
 from .dense.materials import RGL
 from .harness.running import named
@@ -32,7 +31,7 @@ def main():
         samples = fitter.load(path)
         fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
         if path.parent.name == "rgl":
-            function = Clipped(rgl.read_table(path, path.read_bytes()))
+            function = Clipped(rgl.read_table(path.read_bytes()))
             above, below = ratios_to_function(fit, function, samples.values.max(axis=0))
         else:
             above, below = ratios_to_samples(fit, samples)

@@ -1,27 +1,7 @@
 """Ordinary scenes, of several measured materials: noise, time, dark specks and fireflies beside a Principled BSDF.
 
-``python -m benchmarks.ordinary [--scenes spheres car]`` prints the table of docs/rendering.md. Each scene is rendered
-with Principled BSDFs of like appearance and with measured materials: of the preset Standard, Exact and Nodes. A scene
-of which a material is absent is left out. Noise, median, time and denoised are ratios to Principled's in the same run.
-
-noise, median
-    Standard deviation at 64 samples over the picture's mean, from pictures of several seeds: the root mean square over
-    all pixels, and that of the median pixel.
-time
-    The processor's, for the samples alone: the difference between two sample counts.
-noise at equal time
-    The first by the root of the third.
-below 0
-    Pixels with a negative channel, in one picture of 16, of 64 and of 256 samples; and the least value over the mean.
-largest
-    The largest value of 64 samples over the largest of the 5 x 5 pixels around it in all samples together.
-dark, bright
-    Pixels of one picture of 64 samples that are darker than .35 of the median of the 5 x 5 pixels around them, or
-    brighter than 3 times it, where the converged picture is not.
-denoised
-    Error of 64 samples after OpenImageDenoise.
-mean
-    Of all samples, to that of the same with Exact Everywhere.
+``python -m benchmarks.ordinary [--scenes spheres car]`` prints the table of docs/rendering.md, which says what its
+columns are. A scene of which a material is absent is left out.
 """
 
 import argparse
@@ -55,7 +35,6 @@ PUBLISHED = {"chrome": "chrome", "cherry": "cherry-235"}
 
 
 def area(energy, location, target=(0, 0, 0), size=2.0):
-    """Add a square area lamp."""
     return stage.add_lamp("AREA", energy, location, stage.rotation_toward(location, target), shape="SQUARE", size=size)
 
 
@@ -144,7 +123,6 @@ def _rounded_box(material, size, location):
 
 
 def _cloth(material, location):
-    """A square that lies in waves."""
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=1.4, location=location)
     points = bpy.context.object.data.vertices
     at = np.empty(3 * len(points))
@@ -222,7 +200,6 @@ def measure(scene, of):
 
 
 def principled_material(fit, name):
-    """A material of the Principled BSDF that is closest to a fit."""
     like = principled_of(fit)
     return stage.simple_material(name, "ShaderNodeBsdfPrincipled", {
         "Base Color": (*like.base_color, 1), "Metallic": like.metallic, "Roughness": like.roughness,
@@ -252,19 +229,13 @@ def ways():
             for way in ("Principled", "Standard", "Nodes")}
 
 
-def everywhere(scene, of):
-    """The mean of the pictures of `measure`, of the same seeds, that are exact after rough bounces too."""
+def exact_everywhere(of):
+    """As `of`, materials that are exact after rough bounces too."""
     def exact(name):
         material = of(name)
         stage.set_input(material, "Exact Everywhere", True)
         return material
-
-    opened = build(scene, exact)
-    pictures = []
-    for seed in range(2, 3 + SEEDS):
-        opened.cycles.samples, opened.cycles.seed = SAMPLES if seed < 2 + SEEDS else COUNTED[-1], seed
-        pictures.append(stage.render(opened)[..., :3].astype(float))
-    return converged(np.array(pictures[:-1]), pictures[-1]).mean()
+    return exact
 
 
 def absent(scene):
@@ -285,7 +256,6 @@ HEADS = ("scene", "", "noise", "median", "time", "at equal time", "denoised", "l
 
 
 def main():
-    """Print the table of the scenes that are named."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.ordinary", description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", nargs="+", choices=SCENES, default=["spheres", "car"], help="default: spheres car")
     found, rows, exact = ways(), [], []
@@ -295,7 +265,7 @@ def main():
             continue
         like = measure(scene, found["Principled"])
         rows.append((scene, "Principled", *_ratios(like, like), None, *_below(like)))
-        true_mean = everywhere(scene, found["Standard"])
+        true_mean = measure(scene, exact_everywhere(found["Standard"]))["mean"]
         for way in ("Standard", "Nodes"):
             made = measure(scene, found[way])
             mean = made["mean"] / true_mean - 1

@@ -2,15 +2,9 @@
 
     python -m benchmarks.photographs [NAME ...]     some minutes; the names of materials choose
 
-The photographs have 120 x 120 pixels and 1 % of noise, and are fitted by the preset Standard. Errors are root mean
-squares of the difference of cube roots of cosine-weighted values, as shares of those of the truth, at the directions of
-`harness.judging`: at those that photographs cover (`fitter.photographs.coverage`), and at all. FLIP is that of the ball
-under a lamp that was not used. The last columns say by how much, in the same measure at covered directions, the result
-changes where the ball is one pixel beside its place, or each lamp one degree.
-
-Of the real gray ball nobody knows the truth: each of its twelve photographs is predicted by a fit to ten of the others.
-Errors are root mean squares of the difference of radiances, as shares of those that were photographed, at the pixels
-that would be measured; the mean over the photographs, the least and the largest.
+docs/manual/measure-your-own.md says what the columns are. Of the real gray ball nobody knows the truth: each of its
+twelve photographs is predicted by a fit to ten of the others, and judged by the radiance at the pixels that would be
+measured.
 """
 
 import argparse
@@ -27,9 +21,8 @@ import fitter
 from fitter.methods.prior import lambertian
 from fitter.photographs.ball import measuring
 from fitter.photographs.ball.coverage import are_covered
-from fitter.photographs.ball.measuring import scale_samples
+from fitter.photographs.ball.measuring import gather_samples, place_photographs, scale_samples
 from fitter.photographs.ball.photograph import measure_pixels
-from fitter.photographs.ball.samples import gather_samples, place_photographs
 from fitter.photographs.description.parsing import parse
 from fitter.quality.cross_validation import cube_root
 from fitter.samples import choice, subset
@@ -71,7 +64,6 @@ def materials(names=()):
 
 
 def photographs(model, phases=ball_scene.PHASES, **settings):
-    """`fitter.BallPhotograph`s of a model."""
     return [fitter.BallPhotograph(ball_scene.photograph(model, scene, noise=NOISE, seed=number), scene.rays(),
                                   scene.camera, scene.centre, scene.radius, scene.lamp, scene.intensity,
                                   scene.lamp_radius, name=f"photograph {number}")
@@ -174,7 +166,6 @@ def cells(numbers):
 
 
 def main():
-    """Print the table of the materials at hand."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.photographs", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="only materials whose names contain one of these")
     options = parser.parse_args()

@@ -1,9 +1,5 @@
 """How true fits are between the nodes of RGL's files, and at the rims of balls, where nobody measured.
 
-Of each RGL file: the relative error of the cube roots of f cos theta_o at 200 pairs of directions, beside the authors'
-own reader; the largest and the mean ratio of the albedo to the file's, of all channels, at six angles from 30 to 86
-degrees; and what the measured directions lost of their light. Of other files the albedo at 60, 70 and 88 degrees.
-
     python -m benchmarks.rims [--presets Standard Reference]
 """
 
@@ -18,7 +14,7 @@ from fitter.formats import rgl
 from fitter.methods import prepare
 from support.checkout import measurements
 from support.evidence import show_table
-from support.rims import Clipped, albedo, error
+from support.faults import Clipped, albedo, error
 
 from .dense.materials import RGL
 
@@ -46,7 +42,7 @@ def main():
     folder = measurements()
     for stem in RGL:
         path = folder / "rgl" / f"{stem}.bsdf"
-        table = Clipped(rgl.read_table(path, path.read_bytes()))
+        table = Clipped(rgl.read_table(path.read_bytes()))
         golden = np.loadtxt(path.with_name(f"golden_{stem}.csv"), delimiter=",")
         wanted = albedo(table, _DEGREES)
         for preset, fit, seconds in _fits(path, presets):

@@ -9,7 +9,7 @@ import numpy as np
 
 import fitter
 from support.evidence import show_table
-from support.rings import ring
+from support.faults import ring
 
 from .held_out import sets
 

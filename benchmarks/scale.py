@@ -68,7 +68,6 @@ def watch(command, fits, until=None):
 
 
 def children(process):
-    """The numbers of a process's children."""
     return map(int, Path(f"/proc/{process}/task/{process}/children").read_text().split())
 
 

@@ -1,9 +1,8 @@
 """What the start of a render costs, and a lamp that changes: processor seconds for each material, less a Principled's.
 
-``python -m benchmarks.starts [COUNT ...]`` makes so many balls, 1, 4 and 20 by default, each with a material of its
-own, and renders one sample of 32 x 32 pixels: first; again with the data kept, as a viewport does; after a lamp has
-moved, and after its energy, size and colour have changed; and after there is another lamp. Then it renders an animation
-of 24 materials under a lamp that moves: seconds for each frame.
+``python -m benchmarks.starts [COUNT ...]`` makes so many balls, each with a material of its own, and renders one sample
+of 32 x 32 pixels (docs/rendering.md); then an animation of 24 materials under a lamp that moves: seconds for each
+frame.
 """
 
 import statistics

@@ -1,9 +1,7 @@
 """What a material weighs: ``python -m benchmarks.weight`` prints the growth of a .blend by eight materials, by part.
 
-Materials of the preset Standard of five samples of CURET and of three materials of Cornell, or of synthetic files in
-their formats. Each part is what the file shrinks by when it is taken away. An undo step is `ed.undo_push` with the
-materials less that without, the median of REPEATS; a lamp's move is the extension's update of its lamps and the
-dependency graph's.
+Each part is what the file shrinks by when it is taken away. An undo step is `ed.undo_push` with the materials less that
+without, the median of REPEATS; a lamp's move is the extension's update of its lamps and the dependency graph's.
 """
 
 import statistics
@@ -22,7 +20,6 @@ SCRIPT_NODE = "Measured BRDF Shader"
 
 
 def main():
-    """Print kilobytes and milliseconds for each material."""
     checkout.extension().register()
     folder = synthetic.measurements_or_synthetic()[0]
     files = [(folder / "curet" / "abrdf.dat", number) for number in CURET]

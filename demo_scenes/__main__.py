@@ -146,26 +146,24 @@ def photographed_ball(demo):
               "Draft" if quality.samples < 1 else "Standard")
 
 
-def photographed_carving(demo):
-    """A carving in real photographs beside what is measured of it."""
-    demo.say("measuring a carving in real photographs")
-    carving.draw(demo.quality.folder / "measured_carving.png", round(demo.quality.size * carving.SIZE))
-
-
-def module_picture(demo, module, name, text):
-    """The picture of a module, in this quality."""
+def module_picture(demo, module, name, text, **settings):
+    """The picture of a module, in this quality; settings are those of the full one."""
     demo.say(text)
     quality = demo.quality
-    module.draw(quality.folder / name, round(quality.size * module.SIZE), round(quality.samples * module.SAMPLES))
+    module.draw(quality.folder / name, round(quality.size * module.SIZE),
+                **{key: round(quality.samples * value) for key, value in settings.items()})
 
 
 # the longest first; by a process each
-PARTS = {"card": partial(module_picture, module=card, name="measured_card.png", text="measuring a photographed card"),
+PARTS = {"card": partial(module_picture, module=card, name="measured_card.png", text="measuring a photographed card",
+                         samples=card.SAMPLES),
          "pan": partial(anisotropic_half, name="brushed_pan"),
          "cloth": partial(anisotropic_half, name="satin_cloth"), "figure 8": figure_8, "figure 3": figure_3,
-         "figure 4": figure_4, "ball": photographed_ball, "carving": photographed_carving,
+         "figure 4": figure_4, "ball": photographed_ball,
+         "carving": partial(module_picture, module=carving, name="measured_carving.png",
+                            text="measuring a carving in real photographs"),
          "translucent": partial(module_picture, module=translucent, name="translucent.png",
-                                text="rendering translucent materials")}
+                                text="rendering translucent materials", samples=translucent.SAMPLES)}
 IN_THE_TABLE = "figure 4", "figure 3", "figure 8"
 
 

@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 
 from fitter.imaging.pictures import srgb
-from support import anisotropic_tables, sheet
+from support import sheet
+from support.anisotropic import SATIN, STEEL, write_table
 from support.checkout import ROOT
 from support.stage import add_lamp, background, black_scene, look, render, rotation_toward, simple_material
 
@@ -113,7 +114,7 @@ def meshed(name, places, faces):
 
 def imported(truth, choices):
     """Import a table of a truth for the active object, as a user would. Returns the material."""
-    path = anisotropic_tables.write(DATA / f"{truth.name.replace(' ', '_')}.csv", truth, ROTATIONS)
+    path = write_table(DATA / f"{truth.name.replace(' ', '_')}.csv", truth, ROTATIONS)
     bpy.ops.measured_brdf.import_data(filepath=str(path), **choices)
     return bpy.context.object.active_material
 
@@ -143,7 +144,7 @@ def brushed_pan(samples=SAMPLES, choices=STANDARD):
     scene = studio(samples)
     item = pan()
     item.location.z = 0.04
-    material = imported(anisotropic_tables.STEEL, choices)
+    material = imported(STEEL, choices)
     handle(np.radians(38)).data.materials.append(material)
     bpy.ops.mesh.primitive_plane_add(size=30)
     plain(bpy.context.object, (0.045, 0.042, 0.04))
@@ -159,7 +160,7 @@ def satin_cloth(samples=SAMPLES, choices=STANDARD):
 
     scene = studio(samples)
     cloth()
-    tangents.take_from_uv(imported(anisotropic_tables.SATIN, choices))
+    tangents.take_from_uv(imported(SATIN, choices))
     lamp(185, (-2.8, -2.2, 3.4), (0, 0, 0.7), 0.5)
     lamp(26, (3.4, -1.8, 1.6), (0, 0, 0.7), 0.8, color=(1, 0.85, 0.75))
     look((0.1, -4.6, 1.75), (0.0, 0.1, 0.86), 62)

@@ -32,8 +32,8 @@ from .methods.tolerance import fit_within
 from .model.fit import Fit
 from .model.mix import Mix
 from .model.published import list_published, load_published
+from .photographs.ball.measuring import samples_from_ball
 from .photographs.ball.photograph import BallPhotograph
-from .photographs.ball.samples import samples_from_ball
 from .photographs.flat.maps import Maps, maps_from_flat
 from .photographs.flat.photograph import FlatPhotograph
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics

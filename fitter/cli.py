@@ -26,7 +26,6 @@ from .errors import printable
 from .formats import KNOWN_FILES, list_files, list_samples, reading, saved_samples
 from .methods import METHODS
 from .model.published import parse_virtual_path
-from .photographs.ball.advice import report_ball
 from .photographs.ball.measuring import measure_ball
 from .photographs.description.capture_setup import list_files as list_described_files
 from .photographs.description.parsing import read
@@ -34,6 +33,7 @@ from .photographs.flat import map_files
 from .photographs.flat.maps import check_materials
 from .photographs.flat.reading import read_sample
 from .photographs.flat.tiling import cut_tile, tile_size
+from .photographs.report import report_ball, report_sample
 from .quality import verdict
 from .quality.describe import describe, open_questions
 from .storage.files import check_not_read, replace_file
@@ -43,16 +43,7 @@ BAD = 3                     # the result is written, and judged bad in words; 2 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, by default that of the process. The exit code is 0, or 1 with a message on standard error;
-    `BAD`; or `interrupts.CANCELLED`.
-
-    Examples
-    --------
-    >>> from contextlib import redirect_stderr
-    >>> with redirect_stderr(sys.stdout):
-    ...     main(["info", "missing.dat"])
-    error: missing.dat: cannot be read: No such file or directory
-    1
-    """
+    `BAD`; or `interrupts.CANCELLED`."""
     try:
         prepare_terminal()
         options = build_parser().parse_args(arguments)
@@ -256,7 +247,7 @@ def _flat(options: argparse.Namespace) -> bool:
         check_materials(materials, sample.photographs[0].radiance.shape[2])     # before those are fitted
         fits = [each if isinstance(each, Fit) else fit_samples(each, **PRESETS["Standard"]) for each in materials]
     maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
-    report = map_files.report(maps, sample.photographs, sample.albedo)
+    report = report_sample(maps, sample.photographs, sample.albedo)
     lines, doubts = [sample.name, *sample.notes, *sample.doubts, *report.lines], (*sample.doubts, *report.doubts)
     if options.tile:
         maps = cut_tile(maps)

@@ -13,8 +13,8 @@ _LEAST_DIAGONAL = 1e-9      # of normal equations
 
 
 def nonnegative_least_squares(normal: FloatArray, right: FloatArray, positive: BoolArray | None = None) -> FloatArray:
-    """Nonnegative least squares by block principal pivoting, from normal equations of few unknowns: (..., k, k),
-    positive semidefinite with no diagonal element 0, and (..., k) to (..., k). Axes in front are of problems that are
+    """Nonnegative least squares by block principal pivoting, from normal equations of few unknowns, (..., k, k),
+    positive semidefinite with no diagonal element 0, and (..., k): (..., k). Axes in front are of problems that are
     solved at once.
 
     All unknowns that are on the wrong side change it at once or, where that did not lower their number twice, the last
@@ -53,12 +53,12 @@ def levenberg_marquardt(start: FloatArray, evaluate: Callable[[FloatArray], tupl
                         ) -> tuple[FloatArray, float, _State]:
     """Nonlinear least squares by damped Gauss-Newton (K. Levenberg, Quarterly of Applied Mathematics 2(2), 1944; D. W.
     Marquardt, Journal of the Society for Industrial and Applied Mathematics 11(2), 1963): where the cost is least,
-    (n,), the cost, and what else was evaluated there.
+    (n,), the cost, and what else `evaluate` returned there.
 
-    `evaluate` returns the cost at (n,), and whatever else `linearise` takes. `linearise` returns the function of the
-    damping to what is tried next, (n,): `damped_step`, perhaps within bounds. There are so many `steps`,
-    linearisations, and `tries`, dampings, in each. The damping is multiplied by `grow` where a step is no better, and
-    divided by `shrink` where it is; a step that makes the cost smaller by less than the share `enough` is the last.
+    `linearise` takes that and returns the function of the damping to what is tried next, (n,): `damped_step`, perhaps
+    within bounds. There are so many `steps`, linearisations, and `tries`, dampings, in each. The damping grows by a
+    factor where a step is no better, and shrinks where it is; a step that lowers the cost by less than a share,
+    `enough`, is the last.
     """
     x, (cost, state) = start, evaluate(start)
     for _ in range(steps):

@@ -1,21 +1,5 @@
-"""How far long work is, told to whoever listens.
-
-What takes long calls `report` now and then, and divides its range among its steps with `part`; functions need no
-parameter for it. Without a listener nothing happens.
-
-Examples
---------
->>> def work():
-...     with part(0.0, 0.75, "Measuring"):
-...         report(1 / 3)
-...         report(2 / 3)
-...     report(0.75, "Cutting")
->>> told = []
->>> with listen(lambda fraction, doing: told.append((fraction, doing))):
-...     work()
->>> told
-[(0.0, 'Measuring'), (0.25, 'Measuring'), (0.5, 'Measuring'), (0.75, 'Cutting')]
-"""
+"""How far long work is, told to whoever listens. What takes long calls `report` now and then, and divides its range
+among its steps with `part`; functions need no parameter for it. Without a listener nothing happens."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -38,7 +22,7 @@ def report(fraction: float, doing: str = "") -> None:
 @contextmanager
 def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator[None]:
     """What is reported within goes from one fraction of the present part to another: with what is being done until
-    something else is reported, and what stands before everything that is being done within."""
+    something else is reported, and what stands before all that is being done within."""
     outer, now = _listener.get(), doing
     if outer is None:
         yield
@@ -55,15 +39,7 @@ def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator
 
 
 def each(items: Sequence[_Item]) -> Iterator[_Item]:
-    """The items one after the other; each is an equal part.
-
-    Examples
-    --------
-    >>> with listen(lambda fraction, doing: print(fraction)):
-    ...     squares = [number ** 2 for number in each([1, 2])]
-    0.0
-    0.5
-    """
+    """The items one after the other; each is an equal part."""
     for number, item in enumerate(items):
         with part(number / len(items), (number + 1) / len(items)):
             yield item

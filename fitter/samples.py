@@ -170,14 +170,7 @@ def freeze_new_arrays(*arrays: FloatArray) -> None:
 
 
 def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
-    """Select samples by a slice, by indices or by a mask.
-
-    Examples
-    --------
-    >>> three = Samples([0.1, 0.2, 0.3], [0, 0, 0], [0, 0, 0], [0, 0, 0], [[1], [2], [3]])
-    >>> subset(three, three.values[:, 0] > 1).theta_i.tolist()
-    [0.2, 0.3]
-    """
+    """Select samples by a slice, by indices or by a mask."""
     arrays = {name: getattr(samples, name) for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values", "deviation",
                                                         "saturated")}
     chosen: dict[str, Any] = {name: array[which] for name, array in arrays.items() if array is not None}
@@ -211,12 +204,6 @@ def apply_symmetry(samples: Samples, symmetry: str) -> Samples:
     By "half_turn" the surface is the same after half a turn about its normal; by "mirror" the plane of the normal and
     the tangent, phi = 0, is a mirror; or both. Raises DatasetError if the symmetry is none of `SYMMETRIES`, or makes
     more than `MOST_REPEATED` samples.
-
-    Examples
-    --------
-    >>> quarter = Samples([0.5, 0.5], [0, 0.7], [0.3, 0.3], [0, 0.1], [[1], [2]], isotropic=False)
-    >>> apply_symmetry(quarter, "mirror").phi_i.tolist()
-    [0.0, 0.7, -0.7]
     """
     if symmetry not in _IMAGES:
         raise DatasetError(f"symmetry {symmetry!r} found, expected {', '.join(SYMMETRIES)}", samples.source or None)
@@ -266,13 +253,7 @@ class Rotations:
 
 
 def rotations(theta_i: FloatArray, phi_i: FloatArray) -> Rotations:
-    """The rotations at which samples were measured; (n,) radians each.
-
-    Examples
-    --------
-    >>> rotations(np.ones(3), np.radians([350, 10, 30]))
-    Rotations(count=3, first=350.0, last=390.0)
-    """
+    """The rotations at which samples were measured; (n,) radians each."""
     azimuths = np.degrees(np.mod(phi_i[theta_i > _AT_NORMAL], 2 * np.pi))
     quarters = np.unique(np.rint(azimuths * 4).astype(np.int64) % 1440)         # of a degree
     if not len(quarters):

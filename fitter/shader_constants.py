@@ -1,7 +1,5 @@
-"""The numbers that the shader and Python share, and those that tune the shader.
-
-Each is written here and nowhere else: Python imports it, and `cycles.bake` writes all of them into a shader's
-`baked_constants.h` as `#define NAME value`. What depends on a fit is not here; see `cycles.bake`.
+"""The numbers that the shader and Python share, and those that tune the shader: Python imports them, and `cycles.bake`
+writes all of them into a shader's `baked_constants.h` as `#define NAME value`. What depends on a fit is not here.
 
 Angles are in radians; a cosine, weight, share or probability has no unit. A threshold is *numerical* where any small
 number would do: it only keeps single precision away from a division by nothing.
@@ -30,6 +28,8 @@ STEEPEST_FACET = 80.0               # a facet is as rare as exp(-80) at most
 
 # The largest value of the field: exp(40), the factor on the prior, is still a number in single precision.
 LARGEST_EXPONENT = 40.0
+# The ratio of two numbers below which the 16-norm of both is the larger one in single precision (numerical).
+NEGLIGIBLE_RATIO = 0.3
 DAMPING_KNOTS = 33                  # control points of the factor of a polar angle by which a fit conserves energy
 # Added to the denominator of the microfacet visibility, so that it stays finite where both directions graze.
 DENSEST = 1e-3

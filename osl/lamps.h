@@ -35,11 +35,12 @@ void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output L
   float radius, light;
   vector w = to_local(frame, lamp_direction(lamp, extent, at, radius, light));
   if (light > 0.0 && w[2] > -sin(radius)) {
-    lamps.direction[lamps.count] = w;
-    lamps.radius[lamps.count] = radius;
-    lamps.core[lamps.count] = extent[2];
-    lamps.light[lamps.count] = light * max(w[2], LEAST_LAMP_COSINE);
-    lamps.count++;
+    int number = clamp(lamps.count, 0, MAX_LAMPS - 1);
+    lamps.direction[number] = w;
+    lamps.radius[number] = radius;
+    lamps.core[number] = extent[2];
+    lamps.light[number] = light * max(w[2], LEAST_LAMP_COSINE);
+    lamps.count = number + 1;
   }
 }
 

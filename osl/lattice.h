@@ -10,18 +10,20 @@
 void bspline_basis(float s, output float w[4])
 {
   float t = 1.0 - s;
-  w[0] = t * t * t / 6.0;
-  w[1] = (4.0 - 3.0 * s * s * (2.0 - s)) / 6.0;
-  w[2] = (4.0 - 3.0 * t * t * (2.0 - t)) / 6.0;
-  w[3] = s * s * s / 6.0;
+  float sixth = 1.0 / 6.0;
+  w[0] = sixth * t * t * t;
+  w[1] = 4.0 * sixth - 0.5 * s * s * (2.0 - s);
+  w[2] = 4.0 * sixth - 0.5 * t * t * (2.0 - t);
+  w[3] = sixth * s * s * s;
 }
 
-/* The cell that holds coordinate mu, counted from the middle cell, and the basis there; mu = 1 is in the last cell. */
-int locate_cell(float mu, int cells, output float w[4])
+/* The cell that holds coordinate mu, counted from the middle cell, and the basis there; mu = 1 is in the last cell. The
+ * first one is 0 where the coordinate is not negative. */
+int locate_cell(float mu, int cells, int first, output float w[4])
 {
   int half = cells / 2;
   float u = mu * (0.5 * cells) + (0.5 * cells - half);
-  int cell = clamp((int)floor(u), -half, cells - 1 - half);
+  int cell = clamp((int)floor(u), first, cells - 1 - half);
   bspline_basis(u - cell, w);
   return cell;
 }
@@ -39,10 +41,10 @@ int locate_cell(float mu, int cells, output float w[4])
 /* The index of the first of the four blocks that mu reads, and their weights along each axis. */
 int first_tap(COORDINATES, int cells, output float w[4], output float wa[4], output float wb[4], output float wc[4])
 {
-  int block = locate_cell(mu[0], cells, w) + cells / 2;
-  int a = locate_cell(mu[1], cells, wa) + cells / 2;
-  int b = locate_cell(mu[2], cells, wb) + cells / 2;
-  int c = locate_cell(mu[3], cells, wc);
+  int block = locate_cell(mu[0], cells, -(cells / 2), w) + cells / 2;
+  int a = locate_cell(mu[1], cells, -(cells / 2), wa) + cells / 2;
+  int b = locate_cell(mu[2], cells, -(cells / 2), wb) + cells / 2;
+  int c = locate_cell(mu[3], cells, 0, wc);
   return block * BLOCK(cells) + (a * ROWS(cells) + b) * COLUMNS(cells) + c;
 }
 #else
@@ -51,9 +53,9 @@ int first_tap(COORDINATES, int cells, output float w[4], output float wa[4], out
 /* The index of the first of the 4 x 4 x 4 control points that mu reads, and their weights along each axis. */
 int first_tap(COORDINATES, int cells, output float wa[4], output float wb[4], output float wc[4])
 {
-  int a = locate_cell(mu[0], cells, wa);
-  int b = locate_cell(mu[1], cells, wb) + cells / 2;
-  int c = locate_cell(mu[2], cells, wc);
+  int a = locate_cell(mu[0], cells, 0, wa);
+  int b = locate_cell(mu[1], cells, -(cells / 2), wb) + cells / 2;
+  int c = locate_cell(mu[2], cells, 0, wc);
   return (a * ROWS(cells) + b) * COLUMNS(cells) + c;
 }
 #endif

@@ -14,7 +14,7 @@ struct LightLobes {
   float exponent[MAX_LAMPS];
   color height[MAX_LAMPS];              /* of the value along the axis */
   float times[MAX_LAMPS];               /* by which a lobe is multiplied, where some lamps are taken of many */
-  int lamp[MAX_LAMPS];
+  int present[MAX_LAMPS];               /* whether a lamp, whose number is that of its lobe, has one */
   int count;
 };
 
@@ -38,9 +38,9 @@ color eval_lobes(float FLAT_RAMP[], LightLobes lobes, vector wo, vector w)
   color sum = 0.0;
   for (int i = 0; i < lobes.count; i++) {
     vector axis = lobes.axis[i];
-    float c = lobe_falloff(axis, lobes.exponent[i], w);
+    float c = lobes.present[i] ? lobe_falloff(axis, lobes.exponent[i], w) : 0.0;
     if (c > LEAST_FALLOFF) {
-      int j = min((int)(LAST_KNOT * c), KNOTS - 2);
+      int j = clamp((int)(LAST_KNOT * c), 0, KNOTS - 2);
       vector h = wo + axis;
       sum += lobes.height[i] * (c * mix(FLAT_RAMP[j], FLAT_RAMP[j + 1], LAST_KNOT * c - j) * dot(h, w) / dot(h, axis));
     }
@@ -113,18 +113,10 @@ void needed_lobes(LampList lamps, float times[MAX_LAMPS], output int needed[DIRE
 /* Leave only the lobes of the lamps that were taken. */
 void keep_sampled_lobes(output LightLobes lobes)
 {
-  int kept = 0;
   for (int i = 0; i < lobes.count; i++) {
-    if (lobes.times[i] > 0.0) {
-      lobes.axis[kept] = lobes.axis[i];
-      lobes.exponent[kept] = lobes.exponent[i];
-      lobes.height[kept] = lobes.times[i] * lobes.height[i];
-      lobes.lamp[kept] = lobes.lamp[i];
-      lobes.times[kept] = lobes.times[i];
-      kept++;
-    }
+    lobes.present[i] = lobes.times[i] > 0.0;
+    lobes.height[i] = lobes.times[i] * lobes.height[i];
   }
-  lobes.count = kept;
 }
 
 /* What a mixture below the fit leaves of it at the lamps that have lobes, in all or some of many, and in a sampled
@@ -158,15 +150,18 @@ void fit_light_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture m
                      output LightLobes lobes)
 {
   vector wo = mixture.wo;
-  lobes.count = 0;
   for (int i = 0; i < lamps.count; i++) {
+    lobes.count = i;
+    lobes.present[i] = all.needed[i];
+    lobes.times[i] = times[i];
     if (all.needed[i]) {
       vector l = lamps.direction[i];
       float radius = lamps.radius[i];
       color height = all.residual[i];
+      lobes.exponent[i] = lobe_exponent(radius);
       if (radius >= SMALL_LAMP_RADIUS) {
         height = clamp(height, -MOST_TAKEN * all.mixed[i],
-                       mixture.residual * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
+                       mixture.residual * (MOST_GIVEN * lobes.exponent[i] / LOBE_SOLID_ANGLE));
         /* over a lamp near the horizon the fit falls to 0 */
         float raised = min(l[2] / (LOBE_RAISED * sin(radius)), 1.0);
         height *= raised * raised;
@@ -175,14 +170,11 @@ void fit_light_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture m
       height -= eval_lobes(FLAT_RAMP, lobes, wo, l);
       vector axis = lobe_axis(lamps, i);
       vector half = wo + axis;
-      lobes.axis[lobes.count] = axis;
-      lobes.exponent[lobes.count] = lobe_exponent(radius);
-      lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
-      lobes.times[lobes.count] = times[i];
-      lobes.lamp[lobes.count] = i;
-      lobes.count++;
+      lobes.axis[i] = axis;
+      lobes.height[i] = height * dot(half, axis) / dot(half, l);
     }
   }
+  lobes.count = lamps.count;
 }
 
 /* Give the lobe of a lamp a value in one direction, over the pdf of that direction, evenly: what the directions in the
@@ -191,11 +183,11 @@ void fit_light_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture m
 int spread_over_lamp(LampList lamps, vector w, color value, color shown, output LightLobes lobes)
 {
   for (int i = 0; i < lobes.count; i++) {
-    int lamp = lobes.lamp[i];
-    float radius = lamps.radius[lamp];
+    float radius = lamps.radius[i];
     float cosine = dot(lobes.axis[i], w);
-    if (radius >= SMALL_LAMP_RADIUS && lamps.core[lamp] > 0.0 && lobes.times[i] == 1.0 && cosine > cos(radius)) {
-      float edge = cos(lamps.core[lamp] * radius);
+    if (lobes.present[i] && radius >= SMALL_LAMP_RADIUS && lamps.core[i] > 0.0 && lobes.times[i] == 1.0 &&
+        cosine > cos(radius)) {
+      float edge = cos(lamps.core[i] * radius);
       if (cosine > edge) {
         lobes.height[i] += max(value / (M_2PI * (1.0 - edge)), -MOST_SPREAD * max(shown, 0.0));
       }
@@ -211,16 +203,18 @@ closure color light_lobe_closures(float FLAT_RAMP[], LightLobes lobes, ShadingFr
 {
   closure color sum = 0;
   for (int i = 0; i < lobes.count; i++) {
-    vector half = normalize(frame.wo + lobes.axis[i]);
-    color height = lobes.height[i];
-    float weight = LIGHT_LOBE_WEIGHT;
-    color top = height * (M_2PI / (weight * dot(half, lobes.axis[i]) * (lobes.exponent[i] + 2.0)));
-    color ramp[KNOTS];
-    for (int j = 0; j < KNOTS; j++) {
-      ramp[j] = FLAT_RAMP[j] * top;
+    if (lobes.present[i]) {
+      vector half = normalize(frame.wo + lobes.axis[i]);
+      color height = lobes.height[i];
+      float weight = LIGHT_LOBE_WEIGHT;
+      color top = height * (M_2PI / (weight * dot(half, lobes.axis[i]) * (lobes.exponent[i] + 2.0)));
+      color ramp[KNOTS];
+      for (int j = 0; j < KNOTS; j++) {
+        ramp[j] = FLAT_RAMP[j] * top;
+      }
+      color tinted = weight * tint;
+      sum += tinted * phong_ramp(to_world(frame, half), lobes.exponent[i], ramp);
     }
-    color tinted = weight * tint;
-    sum += tinted * phong_ramp(to_world(frame, half), lobes.exponent[i], ramp);
   }
   return sum;
 }

@@ -22,6 +22,14 @@ struct Mixture {
   float along[LOBES];       /* widths of a microfacet lobe; of sheen, its roughness */
   float across[LOBES];
   color weight[LOBES];
+  /* of microfacet lobes, once they are prepared: wo in the frame of the lobe, 1 over the widths, the density of facets
+   * along the normal, what a viewer sees of them, and 1 and Smith's Lambda of wo */
+  vector outgoing[LOBES];
+  float steep_along[LOBES];
+  float steep_across[LOBES];
+  float density[LOBES];
+  float visible[LOBES];
+  float masking[LOBES];
   color albedo;             /* of the fit */
   color residual;           /* albedo of the fit less a mixture below it */
   color balance;            /* times which that makes up for what is above */
@@ -49,7 +57,7 @@ float locate_polar_knot(vector wo, output int polar_knot)
 {
   float theta = acos(wo[2]);
   float x = (POLAR_KNOTS - 1) * (1.0 - pow(max(1.0 - theta / GRAZING, 0.0), 2.0 / 3.0));
-  polar_knot = min((int)x, POLAR_KNOTS - 2);
+  polar_knot = clamp((int)x, 0, POLAR_KNOTS - 2);
   /* between knots, linear in the angle */
   float low = 1.0 - polar_knot / (POLAR_KNOTS - 1.0);
   float high = 1.0 - (polar_knot + 1) / (POLAR_KNOTS - 1.0);
@@ -106,52 +114,80 @@ void interpolate_mixture(float MIXTURE[], vector wo, int below, output Mixture m
   mixture.balance = mix(COLOUR_READ(at + 1), COLOUR_READ(at + 1 + POLAR_KNOT_ROW), t);
 }
 
-/* Smith's Lambda of a direction in the frame of a lobe. */
-float smith(int kind, vector w, float along, float across)
+/* Smith's Lambda of a direction in the frame of a lobe, as a numerator over a denominator. */
+float smith(int kind, vector w, float along, float across, output float denominator)
 {
   float height = max(w[2], LEAST_COSINE);
-  float slope2 = (w[0] * w[0] * along * along + w[1] * w[1] * across * across) / (height * height);
-  float lambda = 0.5 * (sqrt(1.0 + slope2) - 1.0);
-  if (kind == BECKMANN_LOBE) {
-    float a = 1.0 / sqrt(max(slope2, LEAST_SLOPE_2));
-    lambda = a < 1.6 ? (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a) : 0.0;
+  float run2 = w[0] * w[0] * along * along + w[1] * w[1] * across * across;
+  float numerator = 0.0;
+  denominator = height;
+  if (kind == GGX_LOBE) {
+    numerator = 0.5 * (sqrt(height * height + run2) - height);
   }
-  return lambda;
+  else if (run2 > height * height / (1.6 * 1.6)) {
+    float run = sqrt(run2);
+    numerator = run2 - 1.259 * run * height + 0.396 * height * height;
+    denominator = (3.535 * run + 2.181 * height) * height;
+  }
+  return numerator;
 }
 
-/* The axes of a lobe, given its normal. */
-void lobe_axes(vector axis, output vector x, output vector y)
+/* The components of a direction along the axes of a lobe, given its normal. The viewer of an isotropic fit is in the
+ * plane of x and z, and so are these normals. */
+vector to_lobe(vector axis, vector w)
 {
-  y = normalize(cross(axis, FIRST_AXIS));
-  x = cross(y, axis);
+#if ANISOTROPIC
+  vector y = normalize(cross(axis, FIRST_AXIS));
+  return vector(dot(cross(y, axis), w), dot(y, w), dot(axis, w));
+#else
+  return vector(axis[2] * w[0] - axis[0] * w[2], w[1], axis[0] * w[0] + axis[2] * w[2]);
+#endif
 }
 
-/* The value of a microfacet lobe, and the pdf of directions that are sampled by its half vectors. */
-void eval_facets(int kind, vector axis, float along, float across, vector wo, vector wi, output float value,
-                 output float pdf)
+/* What microfacet lobes have for all directions. */
+void prepare_facets(output Mixture mixture)
 {
-  vector h = normalize(wo + wi);
-  vector x, y;
-  lobe_axes(axis, x, y);
-  float cos_h = max(fabs(dot(axis, h)), LEAST_COSINE);
-  float slope_x = dot(x, h) / along;
-  float slope_y = dot(y, h) / across;
-  float slope2 = (slope_x * slope_x + slope_y * slope_y) / (cos_h * cos_h);
-  float facets = kind == BECKMANN_LOBE ? exp(-min(slope2, STEEPEST_FACET)) : 1.0 / ((1.0 + slope2) * (1.0 + slope2));
-  facets /= M_PI * along * across * cos_h * cos_h * cos_h * cos_h;
-  pdf = facets * fabs(dot(axis, h)) / (4.0 * max(dot(wo, h), LEAST_LENGTH));
-  vector o = vector(dot(x, wo), dot(y, wo), dot(axis, wo));
-  vector i = vector(dot(x, wi), dot(y, wi), dot(axis, wi));
+  for (int k = 0; k < LOBES; k++) {
+    int kind = lobe_kind(k);
+    if (kind >= GGX_LOBE) {
+      float along = mixture.along[k];
+      float across = mixture.across[k];
+      vector o = to_lobe(mixture.axis[k], mixture.wo);
+      float denominator;
+      mixture.outgoing[k] = o;
+      mixture.steep_along[k] = 1.0 / along;
+      mixture.steep_across[k] = 1.0 / across;
+      mixture.density[k] = 1.0 / (M_PI * along * across);
+      mixture.visible[k] = o[2] > 0.0 ? 0.25 / max(o[2], LEAST_COSINE) : 0.0;
+      mixture.masking[k] = 1.0 + smith(kind, o, along, across, denominator) / denominator;
+    }
+  }
+}
+
+/* The value of a microfacet lobe, and the pdf of directions that are sampled by its half vectors; `inverse` is 1 over the
+ * length of wo + wi. */
+void eval_facets(Mixture mixture, int k, int kind, vector wi, float inverse, output float value, output float pdf)
+{
+  vector i = to_lobe(mixture.axis[k], wi);
+  vector h = inverse * (mixture.outgoing[k] + i);
+  float height = max(fabs(h[2]), LEAST_COSINE);
+  float inverse_height2 = 1.0 / (height * height);
+  float x = h[0] * mixture.steep_along[k];
+  float y = h[1] * mixture.steep_across[k];
+  float slope2 = (x * x + y * y) * inverse_height2;
+  float facets = mixture.density[k] * inverse_height2 * inverse_height2;
+  facets *= kind == BECKMANN_LOBE ? exp(-min(slope2, STEEPEST_FACET)) : 1.0 / ((1.0 + slope2) * (1.0 + slope2));
+  pdf = 0.5 * facets * fabs(h[2]) * inverse;
   value = 0.0;
-  if (o[2] > 0.0 && i[2] > LEAST_COSINE) {
-    value = facets / (4.0 * max(o[2], LEAST_COSINE) *
-                      (1.0 + smith(kind, o, along, across) + smith(kind, i, along, across)));
+  if (i[2] > LEAST_COSINE) {
+    float denominator;
+    float numerator = smith(kind, i, mixture.along[k], mixture.across[k], denominator);
+    value = facets * mixture.visible[k] * denominator / (mixture.masking[k] * denominator + numerator);
   }
 }
 
-float eval_sheen(float sigma, vector wo, vector wi)
+float eval_sheen(float sigma, vector wo, vector wi, vector h)
 {
-  vector h = normalize(wo + wi);
   float cos_d = max(dot(h, wi), LEAST_LENGTH);
   float masking = min(1.0, 2.0 * max(h[2] / cos_d, 1e-5) * min(max(wo[2], LEAST_COSINE), max(wi[2], 0.0)));
   float sine2 = max(1.0 - h[2] * h[2], LEAST_SINE_2);
@@ -160,33 +196,29 @@ float eval_sheen(float sigma, vector wo, vector wi)
   return 0.25 * facets * masking / max(wo[2], LEAST_COSINE);
 }
 
-/* A lobe with a white colour, and the pdf of directions that are sampled by it; wi is above the horizon. */
-void eval_lobe(int kind, vector axis, float along, float across, vector wo, vector wi, output float value,
-               output float pdf)
-{
-  if (kind == DIFFUSE_LOBE) {
-    value = max(dot(axis, wi), 0.0) / M_PI;
-    pdf = value;
-  }
-  else if (kind == SHEEN_LOBE) {
-    value = eval_sheen(along, wo, wi);
-    pdf = 0.5 / M_PI;
-  }
-  else {
-    eval_facets(kind, axis, along, across, wo, wi, value, pdf);
-  }
-}
-
 /* The mixture in a direction wi above the horizon, times cos theta_i: what Cycles makes of `mixture_closures`. Also the
- * pdf, per solid angle, with which `sample_mixture` returns it. */
+ * pdf, per solid angle, with which `sample_mixture` returns it. Its facets are prepared. */
 color eval_mixture(Mixture mixture, vector wi, output float pdf)
 {
   color sum = 0.0;
   float others = 1.0;
   pdf = 0.0;
-  float value, lobe_pdf;
+  vector half = mixture.wo + wi;
+  float inverse = 1.0 / max(length(half), 2.0 * LEAST_LENGTH);
   for (int k = 0; k < LOBES; k++) {
-    eval_lobe(lobe_kind(k), mixture.axis[k], mixture.along[k], mixture.across[k], mixture.wo, wi, value, lobe_pdf);
+    int kind = lobe_kind(k);
+    float value, lobe_pdf;
+    if (kind == DIFFUSE_LOBE) {
+      value = max(dot(mixture.axis[k], wi), 0.0) / M_PI;
+      lobe_pdf = value;
+    }
+    else if (kind == SHEEN_LOBE) {
+      value = eval_sheen(mixture.along[k], mixture.wo, wi, inverse * half);
+      lobe_pdf = 0.5 / M_PI;
+    }
+    else {
+      eval_facets(mixture, k, kind, wi, inverse, value, lobe_pdf);
+    }
     sum += value * mixture.weight[k];
     pdf += lobe_pdf * mixture.selection_probability[k];
     others -= mixture.selection_probability[k];
@@ -221,8 +253,8 @@ vector sample_mixture(Mixture mixture, point seed)
       wi = spherical_direction(mixture.axis[k], sqrt(1.0 - v), azimuth);
     }
     else if (kind != SHEEN_LOBE) {
-      vector x, y;
-      lobe_axes(mixture.axis[k], x, y);
+      vector y = normalize(cross(mixture.axis[k], FIRST_AXIS));
+      vector x = cross(y, mixture.axis[k]);
       float slope = sqrt(kind == BECKMANN_LOBE ? -log(1.0 - v) : v / (1.0 - v));
       vector h = normalize(mixture.axis[k] + slope * (mixture.along[k] * cos(azimuth) * x +
                                                       mixture.across[k] * sin(azimuth) * y));

@@ -137,7 +137,7 @@ closure color residual_closure(Mixture mixture, Carried carried, ResidualPlan pl
  * closure where the lobe of a small lamp carries everything. `crowded` is whether there may be more lamps than lobes, a
  * constant, as code takes time to compile. */
 closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int crowded, int closure_limited,
-                             ShadingFrame frame, color tint, point seed, Mixture mixture)
+                             ShadingFrame frame, color tint, point seed, output Mixture mixture)
 {
   ResidualPlan plan = plan_residual(mixture, lamps, seed);
   Evaluated all;
@@ -162,6 +162,7 @@ closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, 
     all.direction[last] = sample_residual(mixture, lamps, plan, seed);
     all.needed[last] = all.direction[last][2] >= LEAST_HORIZON_COSINE && !lobe_covers(lamps, all.direction[last]);
   }
+  prepare_facets(mixture);
   evaluate_all(FIT, mixture, all);
   fit_light_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
   if (many) {

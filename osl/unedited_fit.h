@@ -65,6 +65,9 @@ float smooth_max_one(float x)
 {
   float larger = max(x, 1.0);
   float ratio = min(x, 1.0) / larger;
+  if (ratio < 0.3) {
+    return larger;
+  }
   ratio *= ratio;
   ratio *= ratio;
   ratio *= ratio;

@@ -1,11 +1,7 @@
 """Synthetic photographs of a painted ball, by a small renderer that shares nothing with `fitter.photographs`.
 
-In each pixel the radiance is the mean over points of its area of an integral over the lamp, an evenly bright ball ::
-
-    L = sum_k f(w_k) I / (pi r^2) cos theta_i dw,    dw = 2 pi (1 - cos psi) / n,    sin psi = r / d
-
-with n directions in the cone of the half angle psi that the lamp takes, at a distance d; a lamp without a size is one
-direction, of I cos theta_i / d^2. Around the ball it is dark.
+In each pixel the radiance is the mean over points of its area of an integral over the lamp, an evenly bright ball; a
+lamp without a size is one direction. Around the ball it is dark.
 """
 
 from dataclasses import dataclass, replace

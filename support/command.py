@@ -6,6 +6,8 @@ from subprocess import CompletedProcess
 
 import bpy
 
+CHEAP = ("--preset", "Paper", "--diffuse-level", "2", "--specular-level", "4", "--compression", "80")       # and good
+
 
 def run(*arguments):
     """What `blender --command measured_brdf ARGUMENTS` does with no file open: a CompletedProcess."""
@@ -16,3 +18,8 @@ def run(*arguments):
     with redirect_stdout(stdout), redirect_stderr(stderr):
         code = command.main([str(argument) for argument in arguments])
     return CompletedProcess(arguments, code, stdout.getvalue(), stderr.getvalue())
+
+
+def convert(source, out, *more):
+    """A folder converted to a library by cheap fits."""
+    return run("convert", source, "-o", out, *CHEAP, *more)

@@ -1,5 +1,7 @@
 """Panels drawn without a window: what they would show, as plain values."""
 
+# ruff: noqa: D102 (the methods are those of Blender's UILayout)
+
 from types import SimpleNamespace
 
 import bpy
@@ -29,15 +31,12 @@ class Layout:
         return self.enabled and (self._parent is None or self._parent.is_enabled())
 
     def label(self, text="", **_options):
-        """Text."""
         self._note("text", text)
 
     def progress(self, factor=0.0, text="", **_options):
-        """A bar with text."""
         self._note("text", text)
 
     def template_icon(self, icon_value, scale=1.0):
-        """A picture."""
         self._note("picture", icon_value)
 
     def context_pointer_set(self, _name, _data):
@@ -47,21 +46,17 @@ class Layout:
         """Space, which is not noted."""
 
     def prop(self, data, name, **_options):
-        """The field of a property."""
         if not hasattr(data, name):
             raise AttributeError(f"{data} has no {name}")
         self._note("field", name)
 
     def prop_enum(self, data, name, value, **_options):
-        """A choice of a property."""
         self._note("choice", name, value)
 
     def popover(self, panel, text="", **_options):
-        """A button that opens a panel."""
         self._note("popover", panel, text)
 
     def template_node_view(self, _tree, node, socket):
-        """An input of a node, and what is connected to it."""
         self._note("field", node.inputs[socket.name].name)
 
     def template_list(self, _kind, _name, data, items, active_data, active, **_options):
@@ -70,11 +65,9 @@ class Layout:
             self.prop(owner, name)
 
     def menu(self, name, **_options):
-        """A submenu."""
         self._note("menu", name)
 
     def panel(self, _name, default_closed=False):
-        """A section that can be closed: its header, and its body if it is open."""
         return Layout(self), None if default_closed else Layout(self)
 
     def operator(self, name, text="", **_options):

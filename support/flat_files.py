@@ -2,12 +2,10 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from . import flat_scene
 from .ball_files import write_picture
+from .flat_scene import ANGLE
 
-ANGLE = 2 * np.degrees(np.arctan(0.125))        # degrees: what `flat_scene.rays` has
 SIZE = 90, 100
 
 

@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import map_coordinates
 
+from .ball_scene import Scene
+
 CAMERA, TARGET = np.array([0.03, -0.12, 0.5]), np.zeros(3)
 SIZE = 0.1                  # m, along u; along v it is .8 of it
+ANGLE = 2 * np.degrees(np.arctan(0.125))         # that the width of a picture takes
 INTENSITY = np.array([2.0, 1.5, 1.0])
 UNUSED = np.array([0.3, 0.15, 0.55])
 
@@ -60,27 +63,14 @@ def radiance(sample, u, v, lamp, camera=CAMERA):
     return np.where(lit[:, None], (values * weights[:, None]).sum(axis=2), 0) * INTENSITY
 
 
-def _axes(camera):
-    """The directions forward, right and up in a picture."""
-    forward = (TARGET - camera) / np.linalg.norm(TARGET - camera)
-    right = np.cross(forward, (0, 0, 1))
-    right /= np.linalg.norm(right)
-    return forward, right, np.cross(right, forward)
-
-
 def rays(size, camera=CAMERA):
     """Unit directions through the centres of so many pixels, (height, width), that see the sample: (h, w, 3)."""
-    height, width = size
-    forward, right, up = _axes(camera)
-    y, x = np.mgrid[:height, :width] + 0.5
-    step = 0.25 / width
-    found = (forward + ((x - width / 2) * step)[..., None] * right + ((height / 2 - y) * step)[..., None] * up)
-    return found / np.linalg.norm(found, axis=2)[..., None]
+    return Scene(camera, TARGET, size=size, angle=ANGLE).rays()
 
 
 def project(points, size):
     """Where points (n, 3) are in a picture of this height and width: (n, 2), pixels from the left and top."""
-    forward, right, up = _axes(CAMERA)
+    forward, right, up = Scene(CAMERA, TARGET).basis()
     toward = points - CAMERA
     step = (toward @ forward) * 0.25 / size[1]
     return np.column_stack([size[1] / 2 + toward @ right / step, size[0] / 2 - toward @ up / step])

@@ -1,9 +1,7 @@
 """Files made to hang, to exhaust memory or to confuse, on every path that a user may send them.
 
-`python -m fitter info`, what the panel does with a chosen file, `python -m fitter fit --preset Draft`, and
-`python -m fitter bake` of the fit that comes of it; saved fits go through `info` and `bake`. Each in a process of its
-own, so that processor time and peak memory are the operating system's figures; those of the same path with a file of
-one row, or with a fit that is in order, are subtracted.
+Each path runs in a process of its own, so that processor time and peak memory are the operating system's figures; those
+of the same path with a file of one row, or with a fit that is in order, are subtracted.
 """
 
 import json
@@ -38,12 +36,10 @@ def _pbrt(pattern, tail=b""):
 
 
 def _merl(number):
-    """A MERL file of full size, all numbers the same."""
     return struct.pack("<3i", 90, 90, 180) + struct.pack("<d", number) * (3 * 90 * 90 * 180)
 
 
 def _rgl(**change):
-    """A small RGL file with other arrays."""
     return tensor_files.pack(tensor_files.material() | change)
 
 
@@ -63,7 +59,6 @@ def _zemax(azimuths, radials, value=b"1 "):
 
 
 def _saved(count):
-    """A small file of so many samples of one value."""
     header = {"format": "measured-brdf-samples", "version": 1, "name": "", "source": "", "notes": [],
               "channels": list("RGB"), "isotropic": True}
     return npz.to_bytes({"samples": np.array(json.dumps(header)), "directions": np.full((4, count), 0.5, np.float32),

@@ -66,7 +66,6 @@ def _claiming(kind, count, content):
 
 
 def _long_header(megabytes):
-    """An array file of version 2.0, whose header is as long as it likes."""
     text = b"{'descr': '<f4', 'fortran_order': False, 'shape': (1,)}".ljust(megabytes * MEGABYTE)
     return b"\x93NUMPY\x02\x00" + len(text).to_bytes(4, "little") + text + bytes(4)
 

@@ -1,8 +1,7 @@
 """What many tests need made once: fits, mixtures of closures, bytecode and pictures, kept in build/kept.
 
 An entry lies under a hash of the code that makes it and of its arguments, for a version of Python, NumPy and Blender.
-Both copies of the fitter, `fitter` and `measured_brdf.fitter`, share entries. What depends on anything else (functions
-of a test, constants that a test replaced) is made anew: `fresh` says so.
+What depends on anything else (functions of a test, constants that a test replaced) is made anew: `fresh` says so.
 """
 
 import dataclasses

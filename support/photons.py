@@ -1,11 +1,9 @@
 """Photons in a half-space that scatters isotropically: the truth that translucent materials are tested against, and
 the random walk of Cycles, as its source has it. Lengths are in transport mean free paths, 1 / (sigma'_s + sigma_a).
 
-The truth: light enters evenly from all sides, is refracted by a smooth surface of an index, scattered, absorbed, and
-reflected inwards again by Fresnel's equations each time it meets the surface from below.
-
-The walk (intern/cycles/kernel/integrator/subsurface_random_walk.h, Blender 5.0): nothing reflects inwards, a walk ends
-after 256 steps, and where the single-scattering albedo is below .2 it is .2, and the walk counts less.
+In truth light is reflected inwards again by Fresnel's equations each time it meets the surface from below. In Cycles
+(intern/cycles/kernel/integrator/subsurface_random_walk.h, Blender 5.0) nothing reflects inwards, a walk ends after 256
+steps, and where the single-scattering albedo is below .2 it is .2, and the walk counts less.
 """
 
 from collections.abc import Iterator

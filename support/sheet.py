@@ -35,7 +35,6 @@ def caption(text, width):
 
 
 def write(path, rows):
-    """Write rows of equally large tiles to a PNG file."""
     height, width, _ = rows[0][0].shape
     columns = max(map(len, rows))
     sheet = np.zeros((len(rows) * (height + _GAP) - _GAP, columns * (width + _GAP) - _GAP, 4), dtype=np.float32)

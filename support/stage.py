@@ -83,17 +83,13 @@ def rotation_toward(location, target=(0, 0, 0)):
 
 
 def look(location, target=(0, 0, 0), lens=50):
-    """Make the camera of the scene one with perspective, that looks from a place to another."""
     camera = bpy.context.scene.camera
     camera.data.type, camera.data.lens = "PERSP", lens
     camera.location, camera.rotation_euler = location, rotation_toward(location, target)
 
 
 def add_sphere(segments=256, rings=128):
-    """A unit sphere with a UV map, round to a thousandth, as the active object.
-
-    It is that of Blender's operator, which takes three seconds for it.
-    """
+    """A unit sphere with a UV map, as the active object: that of Blender's operator, which takes three seconds."""
     turn, down = np.meshgrid(np.arange(segments) / segments, np.arange(1, rings) / rings)
     theta, phi = math.pi * down.ravel(), 2 * math.pi * turn.ravel() - math.pi
     points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)

@@ -30,7 +30,7 @@ _BLOCK = re.compile(rf"<!-- evidence: ([\w-]+)(?: (\w+))? -->(.*?){re.escape(END
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
 _WINDOW = "addon", "tools/window"
-_OF_BALLS = (*FITS, *(f"fitter/photographs/{room}" for room in ("ball", "description", "pictures", "rig")),
+_OF_BALLS = (*FITS, *(f"fitter/photographs/{room}" for room in ("ball", "description", "pictures.py", "rig")),
              "fitter/imaging/picture_files.py",
              "benchmarks/photographs.py", "benchmarks/report/baselines/ggx.py", "support/ball_scene.py")
 _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window` looks for it
@@ -60,15 +60,15 @@ ENTRIES = {
     "engines": Entry("python -m benchmarks.engines --out build/engines", ("engines-integrals", "engines-spheres"),
                      (*SHADER, "benchmarks/engines.py"), ("engines.png",), "build/engines"),
     "rims": Entry("python -m benchmarks.rims", ("rims-rgl", "rims-others"), (
-        *FITS, "benchmarks/rims.py", "support/rims.py")),
+        *FITS, "benchmarks/rims.py", "support/faults.py")),
     "library": Entry("python -m benchmarks.library --picture docs/library_balls.png", ("library",), (
-        *FITS, "fitter/model/published.py", "fitter/library/ready.py", "benchmarks/library.py", "support/library.py",
-        "support/lamp_spheres.py"),
+        *FITS, "fitter/model/published.py", "fitter/library/ready.py", "benchmarks/library.py", "support/faults.py",
+        "support/spheres.py"),
         ("library_balls.png",)),
     "rings": Entry("python -m benchmarks.rings", ("rings",), (
-        *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/rings.py")),
+        *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/faults.py")),
     "mirrors": Entry("python -m benchmarks.mirrors", ("mirrors",), (
-        *FITS, "benchmarks/mirrors.py", "support/mirrors.py")),
+        *FITS, "benchmarks/mirrors.py", "support/faults.py")),
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
     "flat": Entry("python -m benchmarks.flat", ("flat", "flat-real"), (
@@ -84,7 +84,7 @@ ENTRIES = {
     "held-out": Entry("python -m benchmarks.held_out --resume --out build/held_out",
                       ("held-out-held-out", "held-out-truth", "held-out-share"),
                       (*FITS, "benchmarks/held_out", "benchmarks/harness", "benchmarks/report/baselines",
-                       "support/lamp_spheres.py"),
+                       "support/spheres.py"),
                       ("held_out_spheres.png",), "build/held_out"),
     "report": Entry("python -m benchmarks.report --out build/report", (
         "report-claim", "report-errors", "report-times", "report-storage", "report-methods", "report-pictures",

@@ -1,10 +1,8 @@
 """How the readers treat damaged and hostile files: ``python -m tools.fuzz``.
 
-A case is a file of one of the formats, real where the measurements are at hand, put through up to four mutations. Its
-number makes it again: ``python -m tools.fuzz 1 123`` is the case 123 alone, without the hostile files. `check` holds
-what is promised of every one: a `DatasetError` that names the file, or finite numbers within the limits of `Samples`;
-and no more than `SECONDS` and `MEMORY` times the file. Of the formats in `NAIVE`, the numbers are those that a naive
-reading of the same bytes finds.
+A case is a file of one of the formats, put through up to four mutations. Its number makes it again: ``python -m
+tools.fuzz 1 123`` is the case 123 alone, without the hostile files. `check` holds what docs/robustness.md promises of
+every one; of the formats in `NAIVE`, the numbers are those that a naive reading of the same bytes finds.
 """
 
 import argparse
@@ -33,7 +31,7 @@ from fitter.formats import astm, curet, merl, saved_samples, spectra
 from fitter.methods import METHODS
 from fitter.samples import LARGEST_VALUE, choice, subset
 from support import (
-    anisotropic_instruments,
+    anisotropic,
     checkout,
     hostile_files,
     mbsdf_files,
@@ -87,7 +85,7 @@ def seeds():
                                              Symmetry="PlaneSymmetrical4D").encode(),
         "samples, saved": _saved(numbers),
         "translucent, made": b"# made\nname,scattering,absorption,index,width\nOne,2.1 2.6 3,0.01,1.5,0.1\nTwo,1,1,,\n",
-        "utia, made": utia_files.pack(utia_files.values_of(anisotropic_instruments.ggx())),
+        "utia, made": utia_files.pack(utia_files.values_of(anisotropic.ggx())),
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
     found["astm, other columns"] = _text("VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]",
@@ -98,8 +96,8 @@ def seeds():
     found["table, a cosine and a standard"] = _text(
         "# standard: 0.9", "theta_i[deg],phi_i[deg],theta_r[deg],phi_r[deg],BRDF*cos_o,standard", form=".4f",
         table=numbers[:, :6] * [57, 57, 57, 57, 1, 1] + [0, 0, 0, 0, 0, 0.1])
-    turns = anisotropic_instruments.grid((20, 50), (0, 30, 60, 90), (0, 20, 40, 60), range(0, 360, 45))
-    turned = np.column_stack([*np.degrees(turns), anisotropic_instruments.ggx()(*turns)])
+    turns = anisotropic.grid((20, 50), (0, 30, 60, 90), (0, 20, 40, 60), range(0, 360, 45))
+    turned = np.column_stack([*np.degrees(turns), anisotropic.ggx()(*turns)])
     found["table, rotations"] = _text("# symmetry: 180 degrees and mirror", "theta_i,phi_i,theta_o,phi_o,R,G,B",
                                       table=turned, form=".6g")
     found["astm, Light Tec"] = _text("VARS theta_i,phi_i,theta_s,465nm,525nm,630nm", table=numbers)
@@ -117,7 +115,6 @@ def _text(*head, table, form=".6f", separator=","):
 
 
 def _saved(numbers):
-    """Samples as they are saved, with a deviation."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "saved.npz"
         saved_samples.write(fitter.Samples(*numbers[:, :4].T, numbers[:, 4:], ("R", "G", "B"), "made", notes=("made",),
@@ -135,7 +132,6 @@ def _uncounted(astm):
 
 
 def _matlab(rng, deflated, count=30):
-    """A paint file by SciPy."""
     from scipy.io import savemat
 
     vectors = rng.standard_normal((2, count, 3))

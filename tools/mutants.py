@@ -1,12 +1,9 @@
 """``make mutants``: with each guard of the extension and of the shader removed in turn, which tests notice?
 
-A mutant is the checkout with one guard taken out, made in a copy; the working tree is not touched. In Python, guards
-are found by their form (`python_mutants`); those of the shader are listed (`shader_guards`). For each mutant the tests
-that can notice run (they reach its line or, where a block is never entered, the block), quick and narrow ones first,
-until one fails, and a line says which, or that the mutant survived. A survivor is a guard without a test, or one that
-protects nothing; where the tests do not end in time it says LATE, which is a mutant that loops or a machine that is
-busy. Which tests reach which line `tools.reached` has found where `make test-all` ran them; without it, the quick suite
-of `tests/addon` is run for it.
+A mutant is a copy of the checkout with one guard taken out. In Python, guards are found by their form
+(`python_mutants`); those of the shader are listed (`shader_guards`). For each the tests that can notice run, quick and
+narrow ones first, until one fails; a line says which, or that the mutant SURVIVED (a guard without a test, or one that
+protects nothing), or LATE (one that loops, or a busy machine). Which tests reach which line `tools.reached` finds.
 
     python -m tools.mutants                                 # all of them
     python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files

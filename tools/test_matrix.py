@@ -1,9 +1,8 @@
 """``make test-matrix``: what depends on Blender's version, on the others, and older files opened in the newest.
 
-`make test` runs all quick tests on the Blender that pyproject.toml pins for its Python. DEPENDS are run on 4.2, 4.5 and
-5.2: what is stored, compiled, imported, rendered and packed. Environments that are missing are made,
-`build/env-bpy-VERSION`, with the same tools. `python -m tools.test_matrix tests/addon/core` runs some of the tests;
-`python -m tools.test_matrix save|open FILE` is what it does in each Blender with a .blend.
+DEPENDS are run on 4.2, 4.5 and 5.2, in environments `build/env-bpy-VERSION` that are made where they are missing.
+`python -m tools.test_matrix tests/addon/core` runs some of the tests; `python -m tools.test_matrix save|open FILE` is
+what it does in each Blender with a .blend.
 """
 
 import json
@@ -86,7 +85,6 @@ def _interpreter(version):
 
 
 def _tools():
-    """The packages that tests need beside Blender, as pyproject.toml pins them."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     return [pin for pin in groups["test"] if isinstance(pin, str)]
 

@@ -5,6 +5,7 @@ import bpy
 from ..core.annotations import OperatorResult, not_none
 from ..core.blender import shared_groups
 from ..core.blender.active_material import active_material, is_editable
+from ..core.blender.node_trees import add_input
 from ..core.shading import material as materials
 
 _FLAKES_KIND = "Flakes"
@@ -39,24 +40,19 @@ material already, as many at once as the instrument saw, and becomes a little wi
 
 
 def has_flakes(node: bpy.types.Node) -> bool:
-    """Whether flakes are connected to the node of a measured BRDF or of a mix."""
     links = node.inputs[_NORMAL_SOCKET].links or ()
     return any(getattr(link.from_node, "node_tree", None) is not None
                and shared_groups.is_unchanged(link.from_node.node_tree) for link in links)
 
 
 def _fill(tree: bpy.types.NodeTree) -> None:
-    sockets = not_none(tree.interface)
-    size = sockets.new_socket("Size", in_out="INPUT", socket_type="NodeSocketFloat")
-    size.default_value, size.min_value, size.subtype = _SIZE, 1e-6, "DISTANCE"
-    size.description = "Width of a flake, in units of the object"
-    spread = sockets.new_socket("Spread", in_out="INPUT", socket_type="NodeSocketFloat")
-    spread.default_value, spread.min_value, spread.max_value, spread.subtype = _FLAKE_SPREAD, 0, 1, "ANGLE"
-    spread.description = "How far flakes are tilted at most, to each side"
-    below = sockets.new_socket(_NORMAL_SOCKET, in_out="INPUT", socket_type="NodeSocketVector")
-    below.hide_value = True
-    below.description = "Normal of what the flakes lie on, from a Bump or Normal Map node; by default, the surface's"
-    sockets.new_socket(_NORMAL_SOCKET, in_out="OUTPUT", socket_type="NodeSocketVector")
+    add_input(tree, "Size", "Float", "Width of a flake, in units of the object",
+              default_value=_SIZE, min_value=1e-6, subtype="DISTANCE")
+    add_input(tree, "Spread", "Float", "How far flakes are tilted at most, to each side",
+              default_value=_FLAKE_SPREAD, min_value=0, max_value=1, subtype="ANGLE")
+    add_input(tree, _NORMAL_SOCKET, "Vector", "Normal of what the flakes lie on, from a Bump or Normal Map node; by "
+              "default, the surface's", hide_value=True)
+    not_none(tree.interface).new_socket(_NORMAL_SOCKET, in_out="OUTPUT", socket_type="NodeSocketVector")
     source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     place, surface = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeNewGeometry")
 

@@ -70,14 +70,14 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
             adjustments.move(target, self._chosen(target))
         except Exception as error:
             return self._report_failure(error)
-        _apply_soon(target)
+        apply_soon(target)
         return {"FINISHED"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         target = find_by_session_uid(bpy.data.materials, self._target)
         if event.type == "TIMER" and target is not None and adjustments.edit_arguments(target) != self._edit:
             self._end(context)              # the user has undone or changed something meanwhile
-            _apply_soon(target)
+            apply_soon(target)
             return {"CANCELLED"}
         return super().modal(context, event)
 
@@ -111,7 +111,7 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
             adjustments.move(target, self._values)
 
 
-def _apply_soon(material: bpy.types.Material) -> None:
+def apply_soon(material: bpy.types.Material) -> None:
     """Apply adjustments once the user has stopped changing them; scripts call the operator."""
     if bpy.app.background or not materials.is_measured(material) or not material.is_editable:
         return
@@ -143,7 +143,7 @@ def _on_load(*_: object) -> None:
     """A file may have been saved, or a slider undone, before its adjustments were applied."""
     for item in bpy.data.materials:
         if materials.is_measured(item) and not edits.is_as_wanted(item):
-            _apply_soon(item)
+            apply_soon(item)
 
 
 @persistent
@@ -179,20 +179,10 @@ def _step(name: str) -> None:
 
 _undo, _redo = partial(_step, "undo"), partial(_step, "redo")       # timers
 classes = (MEASUREDBRDF_OT_adjust,)
-
-
-def register() -> None:
-    adjustments.listeners.append(_apply_soon)
-    bpy.app.handlers.load_post.append(_on_load)
-    bpy.app.handlers.undo_post.append(_on_undo)
-    bpy.app.handlers.redo_post.append(_on_redo)
+handlers = {"load_post": _on_load, "undo_post": _on_undo, "redo_post": _on_redo}
 
 
 def unregister() -> None:
-    adjustments.listeners.remove(_apply_soon)
-    bpy.app.handlers.load_post.remove(_on_load)
-    bpy.app.handlers.undo_post.remove(_on_undo)
-    bpy.app.handlers.redo_post.remove(_on_redo)
     _changed.clear()
     _applied.clear()
     for timer in (_apply, _undo, _redo):

@@ -15,7 +15,6 @@ _TEXTURED = "Tint", "Strength", "Normal"        # inputs of the node
 
 
 def draw(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
-    """Draw the adjustments of a material."""
     settings = get(material)
     name_beside_value(layout)
     layout.enabled = material.is_editable

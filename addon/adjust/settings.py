@@ -54,7 +54,6 @@ class MeasuredAdjustments(bpy.types.PropertyGroup):
 
 
 def get(material: bpy.types.Material) -> Any:
-    """The `MeasuredAdjustments` of a material."""
     return material.measured_brdf_adjustments
 
 
@@ -104,19 +103,8 @@ def adjustment_values(edit: Arguments) -> dict[str, Any]:
     return {name: np.asarray(value, np.float32).tolist() for name, value in values.items()}
 
 
-_SLIDERS = edits.Sliders(lambda edit: requested_edit(SimpleNamespace(**adjustment_values(edit))),
-                         lambda material, edit: move(material, adjustment_values(edit)))
-
-
-def register() -> None:
-    bpy.utils.register_class(MeasuredAdjustments)
-    bpy.types.Material.measured_brdf_adjustments = PointerProperty(type=MeasuredAdjustments, name="Adjustments")
-    edits.edit_sources.append(edit_arguments)
-    edits.sliders.append(_SLIDERS)
-
-
-def unregister() -> None:
-    edits.sliders.remove(_SLIDERS)
-    edits.edit_sources.remove(edit_arguments)
-    del bpy.types.Material.measured_brdf_adjustments
-    bpy.utils.unregister_class(MeasuredAdjustments)
+SLIDERS = edits.Sliders(lambda edit: requested_edit(SimpleNamespace(**adjustment_values(edit))),
+                        lambda material, edit: move(material, adjustment_values(edit)))
+classes = (MeasuredAdjustments,)
+pointers = ((bpy.types.Material, "measured_brdf_adjustments",
+             PointerProperty(type=MeasuredAdjustments, name="Adjustments")),)

@@ -64,7 +64,6 @@ def bake(material: bpy.types.Material, size: int) -> Maps:
 
 
 def _fit_values(material: bpy.types.Material) -> dict[str, Any]:
-    """The values of a material's fit that images have."""
     close = fit_metallic_roughness(_reflectance(material))
     return {COLOUR: np.clip(close.base_color, 0, 1), ROUGHNESS: close.roughness, METALLIC: close.metallic}
 
@@ -78,7 +77,6 @@ def _error(material: bpy.types.Material, node: bpy.types.Node, found: export_sur
 
 def _fit_at_texel(material: bpy.types.Material | None, node: bpy.types.Node, found: export_surface.Evaluated,
                   place: tuple[int, int]) -> Reflectance:
-    """The fit or the mix of fits at a texel."""
     if mixing.mixes.is_mix(node.node_tree):
         below, above = (_fit_at_texel(part, inner, found, place) for part, inner in zip(
             mixing.mixes.parts(node)[:2], mixing.mixes.nodes(node), strict=True))

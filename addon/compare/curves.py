@@ -125,7 +125,6 @@ def _split_sphere(first: Shown, second: Shown, at: float) -> tuple[int, Job[Any]
 
 
 def draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other: bpy.types.Material) -> None:
-    """Draw which material is A and which is B, with their colours."""
     column = layout.column(align=True)
     for letter, each, color in zip("AB", (material, other), PAIR, strict=True):
         swatch = icons.draw_at_once(("swatch", color), partial(np.full, (16, 16, 4), color, np.float32))
@@ -133,7 +132,6 @@ def draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other: 
 
 
 def draw_line(layout: bpy.types.UILayout, chosen: Any) -> None:
-    """Draw where the line between two materials is."""
     row = layout.row(align=True)
     row.label(text="A | B")
     row.prop(chosen, "divide", text="", slider=True)

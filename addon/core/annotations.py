@@ -1,5 +1,6 @@
-"""Names for types that annotations share."""
+"""Names for types that annotations share, and what all rooms make of them. Nothing here imports bpy."""
 
+import json
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 if TYPE_CHECKING:
@@ -15,9 +16,12 @@ else:
 Arguments = dict[str, Any]
 """Keyword arguments of `fitter.fit`, or ``{"tolerance": RMSE}``."""
 Vector3 = tuple[float, float, float]
-
-
 _T = TypeVar("_T")
+
+
+def as_text(arguments: Arguments) -> str:
+    """Arguments as text, which a material remembers, and which is part of keys."""
+    return json.dumps(arguments, sort_keys=True)
 
 
 def not_none(value: _T | None) -> _T:

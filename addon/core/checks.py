@@ -32,9 +32,7 @@ slice_checks: list[Callable[[Sequence[bpy.types.Material]], Iterator[Finding]]] 
 
 
 def check(scene: bpy.types.Scene, material: bpy.types.Material | None = None) -> list[Finding]:
-    """The settings of a scene that change how measured materials look, worst first, and those of one of these or, by
-    default, of all in the file.
-    """
+    """The settings of a scene, and of a material or all in the file, that change how these look, worst first."""
     every, used = ([*bpy.data.materials], rendered.used_materials()) if material is None else ([material], [material])
     of_cycles = [] if rendered.is_eevee_used(scene) else [*_light_paths(scene), *_lamps(scene)]
     of_slices = (finding for check in slice_checks for finding in check(every))

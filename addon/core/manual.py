@@ -55,7 +55,6 @@ slice_topics: list[Topics] = []
 
 
 def all_topics() -> Topics:
-    """Every topic, in the order in which they are tried."""
     return (*_TOPICS, *(topic for added in slice_topics for topic in added), *_ANYTHING_ELSE)
 
 

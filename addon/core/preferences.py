@@ -1,6 +1,7 @@
 """Preferences: the preset of new materials, and the folders of measurements and assets."""
 
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import Any
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
@@ -10,16 +11,7 @@ from .annotations import not_none
 from .storage.properties import PRESET_ITEMS, draw_presets
 
 _PACKAGE = __package__.rpartition(".addon")[0]
-
-
-class _Defaults(NamedTuple):
-    preset: str = "Standard"
-    data_folder: str = ""
-    asset_library: str = ""
-    favourites: str = ""
-
-
-_DEFAULTS = _Defaults()
+_DEFAULTS = SimpleNamespace(preset="Standard", data_folder="", asset_library="", favourites="")
 
 
 class MeasuredPreferences(bpy.types.AddonPreferences):

@@ -10,9 +10,8 @@ import bpy
 class Registration:
     """Modules and additions, which are registered in their order and unregistered in the opposite one.
 
-    Modules have `classes`, `pointers` to some of them (a type of Blender's, the name and the value of its property),
-    `handlers` (as `add_handlers` takes them), `register` and `unregister`, or some of these. Additions are (place,
-    item): what is appended to a list, to a menu, or to the menu of Blender's with this name.
+    Modules have some of `classes`, `pointers` (type of Blender's, name and value of a property), `handlers`, `register`
+    and `unregister`. Additions are (list, menu, or name of one of Blender's, what is appended to it).
     """
 
     def __init__(self, *modules: ModuleType, additions: tuple[tuple[Any, Any], ...] = ()) -> None:

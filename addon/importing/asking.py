@@ -50,7 +50,6 @@ class AsksAboutFile(FitChoices, HasTarget, OperatorMixIn):
         return refused
 
     def path(self, context: bpy.types.Context) -> str:
-        """The absolute path of the file."""
         own = self.for_material and not self.filepath
         return bpy.path.abspath(not_none(active_material(context)).measured_brdf.filepath if own else self.filepath)
 
@@ -171,7 +170,6 @@ def fill(operator: Any, path: str) -> None:
 
 
 def _meaning(name: str) -> str:
-    """What a name says of a column, as the dialog has it."""
     role = names.role(name)
     role = _OF_ROLES.get(role or "", role)
     if role in {key for key, *_ in _MEANINGS}:

@@ -87,7 +87,6 @@ def _draw_original(layout: bpy.types.UILayout, material: bpy.types.Material) -> 
 
 
 def compression_in_words(settings: Any) -> str:
-    """What the compression of a material's settings means."""
     if settings.use_tolerance:
         return "Auto chooses the levels and the compression"
     if settings.specular_level == NO_SPECULAR_LEVEL:
@@ -97,7 +96,6 @@ def compression_in_words(settings: Any) -> str:
 
 
 def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
-    """Names and values of what is known of a material's fit."""
     settings, tree = material.measured_brdf, not_none(materials.group_node(material)).node_tree
     is_judged = not math.isnan(settings.rmse)           # else its measurements are in no file
     known = [("Levels", settings.fitted_levels)]

@@ -152,12 +152,10 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
 
 
 def _can_ask(operator: bpy.types.Operator) -> bool:
-    """Whether there is a user who can answer."""
     return bool(operator.options.is_invoke) and not bpy.app.background
 
 
 def draw_complaint(layout: bpy.types.UILayout, text: str) -> None:
-    """Draw why a dialog asks."""
     for number, line in enumerate(textwrap.wrap(text, IMPORT_DIALOG // _DIALOG_CHARACTER)):
         layout.label(text=line, icon="QUESTION" if number == 0 else "BLANK1")
 

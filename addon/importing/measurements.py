@@ -55,7 +55,6 @@ def _draw_description(layout: bpy.types.UILayout, data: Job[Data]) -> None:
 
 
 def draw_source(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
-    """Draw the file of a material, what is wrong with it, and how it is fitted."""
     settings, fitted = material.measured_brdf, materials.is_measured(material)
     body = layout.column()
     body.enabled = can_change(material)
@@ -66,7 +65,6 @@ def draw_source(layout: bpy.types.UILayout, material: bpy.types.Material) -> Non
 
 
 def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
-    """Draw which file it is, which sample of it, and how it is read; a published fit has none."""
     if published.parse_virtual_path(settings.filepath) is not None:
         return
     layout.prop(settings, "filepath")
@@ -79,7 +77,6 @@ def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
 
 
 def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:
-    """Say if the file is being read, cannot be read, or has changed since the fit."""
     if data.finished is None:
         layout.label(text="Reading the measurements", icon="TIME")
     elif isinstance(data.error, SampleUnknownError | ColumnsUnknownError):
@@ -113,7 +110,6 @@ def _draw_relink(layout: bpy.types.UILayout, fitted: bool) -> None:
 
 
 def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:
-    """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
     buttons = choices(layout, OFFERED)
     for name in OFFERED:
         buttons.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,

@@ -1,7 +1,4 @@
-"""What is inspected: a spot, the direction of the light there, and what a fit reflects of it. Mouse and keys change it.
-
-Nothing here needs a window.
-"""
+"""What is inspected: a spot, the direction of the light there, and what a fit reflects. Mouse and keys change it."""
 
 from typing import Literal, NamedTuple
 
@@ -26,13 +23,12 @@ _KEYS = {"LEFT_ARROW": (_STEP, 0.0), "RIGHT_ARROW": (-_STEP, 0.0), "UP_ARROW": (
 
 
 class InspectedSurface(NamedTuple):
-    """A fit or a mix, its name, the space of its colours, how far its measurements go, as far as that is known, and
-    what else is said of it."""
+    """A fit or a mix, and what is said of it."""
 
     fit: Reflectance
     name: str
-    space: str
-    reaches: tuple[extrapolation.MeasuredDomain, ...] = ()
+    space: str              # of its colours
+    reaches: tuple[extrapolation.MeasuredDomain, ...] = ()      # as far as they are known
     note: str = ""
 
 
@@ -46,8 +42,8 @@ class Measurements(NamedTuple):
 
 
 class Inspection:
-    """The state of an inspection: `size` is the longest radius of the lobe, in the world; the azimuth of the light
-    counts from the tangent; angles are radians, and `side` is where the plot is."""
+    """The state of an inspection: `size` is the longest radius of the lobe, in the world; angles are radians, `phi_i`
+    from the tangent; `side` is where the plot is."""
 
     def __init__(self, spot: Spot, size: float, theta_i: float, phi_i: float,
                  side: Literal["LEFT", "RIGHT"] = "RIGHT") -> None:
@@ -72,7 +68,6 @@ class Inspection:
         return True
 
     def show_samples(self, samples: Measurements | None) -> None:
-        """Show samples in the plot, or none."""
         surfaces = () if self.shown is None else (self.shown, self.second)
         fits = [Plotted(each.fit, each.space, each.reaches) for each in surfaces if each is not None]
         self.samples = samples
@@ -92,7 +87,6 @@ class Inspection:
         return True
 
     def move(self, view: View, frame: FloatArray, plot: Plot, at: FloatArray) -> None:
-        """The mouse is somewhere else."""
         self.mouse = at
         if self.drag == "LOBE":
             self.theta_i, self.phi_i = drag_direction(view, at, frame, HANDLE * self.size)
@@ -102,7 +96,6 @@ class Inspection:
             self._evaluate(_COARSE)
 
     def release(self) -> None:
-        """The mouse is released."""
         self.drag = ""
         self._evaluate()
 
@@ -127,7 +120,6 @@ class Inspection:
 
     @property
     def curve(self) -> tuple[FloatArray, FloatArray] | None:
-        """The material's fit in the plane of incidence: (k,) radians and (k, channels) 1/sr."""
         return self.plane.plane_curves[0] if self.plane.fits else None
 
     def light(self) -> FloatArray:

@@ -7,7 +7,8 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...fitter.arrays import FloatArray
-from ..core.annotations import OperatorMixIn, OperatorResult, not_none
+from ..core.annotations import OperatorResult, not_none
+from ..core.blender.targets import region_under_mouse
 from ..core.shading import material as materials
 from . import session, surface
 from .inspection import Inspection
@@ -22,10 +23,23 @@ _PLACES = (("MOUSE", "Under the Mouse", "The surface under the mouse or, where t
            ("CURSOR", "At the 3D Cursor", "The surface nearest to the 3D cursor"))
 
 
-class Inspecting(OperatorMixIn):
-    """What the operator does, without what Blender adds."""
+class MEASUREDBRDF_OT_inspect(bpy.types.Operator):
+    """Show how much the material reflects into each direction, as a lobe on the surface and as a plot, while you drag
+    the light. Click again, or press Esc, to end"""
 
-    place: str
+    bl_idname = "measured_brdf.inspect"
+    bl_label = "Inspect Reflectance"
+
+    place: EnumProperty(name="Place", items=_PLACES, default="MOUSE", options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        item = context.object
+        material = item.active_material if item is not None else None
+        if material is None or not materials.is_shown(material):
+            cls.poll_message_set("The active object has no measured material")
+            return False
+        return True
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
         self.report({"ERROR"}, "Inspect Reflectance draws in a 3D viewport of Blender's window; scripts call it with "
@@ -42,14 +56,14 @@ class Inspecting(OperatorMixIn):
         if area is None:
             self.report({"ERROR"}, "No 3D viewport is open in this window to show the lobe in")
             return {"CANCELLED"}
-        region = _region(area, event) or next(each for each in area.regions if each.type == "WINDOW")
+        region = region_under_mouse(area, event) or next(each for each in area.regions if each.type == "WINDOW")
+        spot, why = None, ""
         try:
             spot = self._first_spot(context, region, event)
         except RuntimeError as error:           # Blender has no evaluated mesh, for example in Edit Mode
-            self.report({"ERROR"}, f"{not_none(context.object).name} has no surface to inspect: {error}")
-            return {"CANCELLED"}
+            why = f": {error}"
         if spot is None:
-            self.report({"ERROR"}, f"{not_none(context.object).name} has no surface to inspect")
+            self.report({"ERROR"}, f"{not_none(context.object).name} has no surface to inspect{why}")
             return {"CANCELLED"}
         self._begin(context, area, region, spot)
         context.window_manager.modal_handler_add(self)
@@ -111,7 +125,7 @@ class Inspecting(OperatorMixIn):
             inspection.release()
             self._session.redraw()
             return {"RUNNING_MODAL"}
-        region = _region(area, event)
+        region = region_under_mouse(area, event)
         if pressed and (event.type == "ESC" or (event.type == "RIGHTMOUSE" and region is not None)):
             self._session.end()
             return {"FINISHED"}
@@ -150,38 +164,12 @@ class Inspecting(OperatorMixIn):
         return pressed and plain and inspection.key(event.type)
 
 
-class MEASUREDBRDF_OT_inspect(Inspecting, bpy.types.Operator):
-    """Show how much the material reflects into each direction, as a lobe on the surface and as a plot, while you drag
-    the light. Click again, or press Esc, to end"""
-
-    bl_idname = "measured_brdf.inspect"
-    bl_label = "Inspect Reflectance"
-
-    place: EnumProperty(name="Place", items=_PLACES, default="MOUSE", options={"SKIP_SAVE"})
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        item = context.object
-        material = item.active_material if item is not None else None
-        if material is None or not materials.is_shown(material):
-            cls.poll_message_set("The active object has no measured material")
-            return False
-        return True
-
-
 def _area(context: bpy.types.Context) -> bpy.types.Area | None:
     """The 3D view that the operator was called in, else the largest of the window."""
     if context.area is not None and context.area.type == "VIEW_3D":
         return context.area
     views = [area for area in context.window.screen.areas if area.type == "VIEW_3D"]
     return max(views, key=lambda area: area.width * area.height, default=None)
-
-
-def _region(area: bpy.types.Area, event: bpy.types.Event) -> bpy.types.Region | None:
-    """The region of the view under the mouse; None where a sidebar or a header is over it, and beside the area."""
-    under = [region for region in area.regions if min(region.width, region.height) > 1
-             and 0 <= event.mouse_x - region.x < region.width and 0 <= event.mouse_y - region.y < region.height]
-    return under[0] if under and all(region.type == "WINDOW" for region in under) else None
 
 
 def _mouse(region: bpy.types.Region, event: bpy.types.Event) -> FloatArray:

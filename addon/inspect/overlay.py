@@ -27,11 +27,8 @@ _GUESSED = 0.4              # brightness of the lobe where nobody measured
 
 
 def draw_lobe(inspection: Inspection, frame: FloatArray, axes: FloatArray, scale: float) -> None:
-    """Draw the lobe, the light and the normal into the scene.
-
-    The frame is that of the surface in the world, (4, 4); axes are right, up and toward the viewer, (3, 3); `scale` is
-    that of the interface.
-    """
+    """Draw the lobe, the light and the normal into the scene: `frame` is that of the surface, (4, 4); `axes` are right,
+    up and toward the viewer, (3, 3); `scale` is that of the interface."""
     matrix = frame.copy()
     matrix[:3, :3] *= inspection.size
     try:
@@ -106,10 +103,8 @@ def _arrow(axis: FloatArray, at: float, outward: bool) -> FloatArray:
 
 
 def lobe_colors(values: FloatArray, space: str) -> FloatArray:
-    """The colours of values that are not negative, (n, channels) 1/sr: (n, 3), linear Rec.709.
-
-    They have the hue and saturation of the values. The brightness falls to half where the values do to 0.
-    """
+    """Colours of the hue and saturation of values, (n, channels) 1/sr, not negative: (n, 3), linear Rec.709. Their
+    brightness falls to half where the values do to 0."""
     full = np.broadcast_to(values, (len(values), 3)) @ conversion(space, DEFAULT_COLOURS).T
     full = np.maximum(full, 0)
     brightest = np.maximum(full.max(axis=1, keepdims=True), 1e-12)
@@ -129,7 +124,6 @@ def shading(normals: FloatArray, axes: FloatArray) -> FloatArray:
 
 
 def draw_labels(inspection: Inspection, frame: FloatArray, view: View, scale: float) -> None:
-    """Write angles beside the light and the normal."""
     labels = [(HANDLE * inspection.light(), f"{math.degrees(inspection.theta_i):.1f}\u00b0", LIGHT),
               (np.array([0, 0, HANDLE]), "Normal", INK)]
     if inspection.shown is not None and not is_isotropic(inspection.shown.fit):

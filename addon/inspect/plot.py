@@ -22,9 +22,7 @@ Rectangle = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Plot:
-    """A box with half a disc: up is the normal, left is the light. All in pixels, from the bottom left of the region,
-    but the scale of the interface.
-    """
+    """A box with half a disc: up is the normal, left is the light. All in pixels of the region, but `scale`."""
 
     x: float
     y: float
@@ -51,7 +49,6 @@ class Plot:
         return inside, self.y + self.height - (_PAD + LINE * (number + 1) - 5) * self.scale
 
     def holds(self, at: ArrayLike) -> bool:
-        """Whether the box is under a pixel."""
         return bool(((self.corners[0] <= at) & (at <= self.corners[2])).all())
 
     def angle(self, at: ArrayLike) -> float:
@@ -60,7 +57,6 @@ class Plot:
         return math.atan2(x, max(y, 0.0))
 
     def is_read(self, at: ArrayLike) -> bool:
-        """Whether a pixel is in the half disc."""
         x, y = np.asarray(at, dtype=float) - self.center
         return bool(math.hypot(x, y) <= 1.05 * self.radius and y >= -4 * self.scale)
 
@@ -82,11 +78,7 @@ def place_plot(free: Rectangle, side: str, scale: float) -> Plot:
 
 
 def free_part(region: Rectangle, others: Sequence[Rectangle]) -> Rectangle:
-    """The part of a region that others over it leave free: in pixels of the region; the rest, of the window.
-
-    Of the parts beside each of them, the largest: a header or a sidebar lies along an edge, and Adjust Last Operation
-    in a corner.
-    """
+    """The part of a region that others over it leave free, in its pixels: of those beside each of them, the largest."""
     left, low, right, top = 0.0, 0.0, region[2], region[3]
     for other in others:
         x, y = other[0] - region[0], other[1] - region[1]

@@ -1,7 +1,6 @@
 """A running inspection in a window: its draw handlers and timer, and what it asks workers for.
 
-Users may undo, delete, close the area or open a file meanwhile. So nothing of Blender's is kept but what is looked up
-again, and there is one place that takes everything away: `Session.end`.
+Users may undo, delete, close the area or open a file meanwhile: what is kept of Blender's is looked up again.
 """
 
 import traceback
@@ -46,7 +45,6 @@ class Session:
         self._timer: bpy.types.Timer | None = None
 
     def begin(self, context: bpy.types.Context) -> None:
-        """Draw from now on."""
         global running
         running = self
         try:
@@ -85,7 +83,6 @@ class Session:
         return None
 
     def item(self) -> bpy.types.Object | None:
-        """The object, if it is still there."""
         return find_by_session_uid(bpy.data.objects, self.inspection.spot.item)
 
     def material(self) -> bpy.types.Material | None:
@@ -94,13 +91,11 @@ class Session:
         return None if material is None or not materials.is_shown(material) else material
 
     def redraw(self) -> None:
-        """Have the area drawn again."""
         area = self.area()
         if area is not None:
             area.tag_redraw()
 
     def refresh(self) -> None:
-        """Take what workers have answered, and ask for what is missing."""
         material, inspection = self.material(), self.inspection
         if material is None:
             return
@@ -118,7 +113,6 @@ class Session:
             self.redraw()
 
     def plot(self, area: bpy.types.Area, region: bpy.types.Region) -> Plot:
-        """Where the plot is in a region."""
         others = [_rectangle(each) for each in area.regions
                   if each.type != "WINDOW" and min(each.width, each.height) > 1]
         return place_plot(free_part(_rectangle(region), others), self.inspection.side,
@@ -162,7 +156,6 @@ def make_view(region: bpy.types.Region, data: Any) -> View:
 
 
 def stop() -> None:
-    """End the running inspection, if there is one."""
     if running is not None:
         running.end()
 
@@ -192,10 +185,5 @@ def _on_load(_file: object) -> None:
     stop()
 
 
-def register() -> None:
-    bpy.app.handlers.load_pre.append(_on_load)
-
-
-def unregister() -> None:
-    stop()
-    bpy.app.handlers.load_pre.remove(_on_load)
+unregister = stop
+handlers = {"load_pre": _on_load}

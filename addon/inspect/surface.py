@@ -38,10 +38,8 @@ class Spot:
     masked: float | None = None     # of a mix by a mask, the share of the second material there, if it is known
 
     def frame(self, world: ArrayLike) -> FloatArray:
-        """The frame of the surface in the world, (4, 4): x is the tangent, z the normal, and the last column the spot.
-
-        `world` leads there from the object, (4, 4).
-        """
+        """The frame of the surface in the world, to which a matrix leads from the object, (4, 4): x is the tangent,
+        z the normal, and the last column the spot."""
         matrix = np.array(world, dtype=float)
         of_normals = np.linalg.pinv(matrix[:3, :3]).T
         normal = _unit(of_normals @ self.normal, np.array([0.0, 0.0, 1.0]))
@@ -69,10 +67,8 @@ def find_spot(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Fl
 
 def nearest(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, point: ArrayLike,
             toward: FloatArray) -> Spot | None:
-    """The spot of an object's surface that is nearest to a point in the world, (3,); None if it has no surface.
-
-    The side of the surface is taken that the viewer sees, in the direction `toward`, (3,).
-    """
+    """The spot of an object's surface that is nearest to a point in the world, (3,), on the side that the viewer sees,
+    in the direction `toward`, (3,); None if it has no surface."""
     evaluated = item.evaluated_get(depsgraph)
     to_local = evaluated.matrix_world.inverted_safe()
     is_there, location, _, face = evaluated.closest_point_on_mesh(to_local @ Vector(np.asarray(point).tolist()))
@@ -120,8 +116,7 @@ def _triangle(mesh: bpy.types.Mesh, face: int, location: FloatArray) -> tuple[li
 
 def _tangent(material: bpy.types.Material, evaluated: bpy.types.Object, corners: list[int],
              weights: FloatArray) -> tuple[FloatArray, bool, str]:
-    """The tangent in the coordinates of the object, whether it is taken to the world as a normal, and where it comes
-    from."""
+    """The tangent in the coordinates of the object, whether it goes to the world as a normal, and where it is from."""
     socket = materials.tangent_input(material)
     node: Any = tangents.find_tangent_node(material) if socket is not None else None
     axis, origin = "Z", "around Z"
@@ -174,11 +169,8 @@ def _mask_value(material: bpy.types.Material, mesh: bpy.types.Mesh, corners: lis
 
 
 def image_value(socket: Any, uv_maps: Mapping[str, FloatArray]) -> float | None:
-    """The brightness, 0 to 1, of the image that is connected to an input of a node, as renderers look it up; None where
-    something else is.
-
-    `uv_maps` are the coordinates there, (2,), in each UV map by its name; the rendered one is "".
-    """
+    """The brightness, 0 to 1, of the image that is connected to an input of a node, as renderers look it up at the
+    coordinates in each UV map, (2,), of which the rendered one is ""; None where something else is."""
     node: Any = socket.links[0].from_node if socket.is_linked else None
     if node is None or node.type != "TEX_IMAGE" or node.image is None or node.extension not in _EDGES:
         return None

@@ -49,11 +49,8 @@ class View:
 
 
 def drag_direction(view: View, at: ArrayLike, frame: FloatArray, radius: float) -> tuple[float, float]:
-    """The direction of a hemisphere that is seen at a pixel: theta and phi, radians.
-
-    The frame has tangent, bitangent, normal and the hemisphere's center, (4, 4), in the world. Beside the hemisphere it
-    is the direction on its outline; below the horizon, the one above it on the horizon.
-    """
+    """The direction of a hemisphere, in its frame (4, 4), seen at a pixel: theta and phi, radians. Beside it that
+    on its outline; below the horizon the one above it on the horizon."""
     origin, direction = view.ray(at)
     to_center = frame[:3, 3] - origin
     along = to_center @ direction
@@ -66,5 +63,4 @@ def drag_direction(view: View, at: ArrayLike, frame: FloatArray, radius: float) 
 
 
 def limit_polar_angle(theta: float) -> float:
-    """A polar angle of incidence that can be shown, radians."""
     return float(np.clip(theta, 0, _STEEPEST))

@@ -162,7 +162,6 @@ def _plan(sources: Sequence[Source], how: Arguments, choices: Choices, entries: 
 def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], planned: _Planned,
                  removed: Mapping[Path, Sequence[str]], entries: Sequence[_Entry], choices: Choices, how: Arguments,
                  processes: int, rows: list[Row]) -> Iterator[tuple[float, str]]:
-    """Change and save one part after the other."""
     total = sum(map(len, planned.values()))
     done, waiting = 0, [*planned.get(None, ())]
     folder = path.with_suffix(".fits")
@@ -227,7 +226,6 @@ def _do_tasks(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folde
 
 def _make_material(context: bpy.types.Context, choices: Choices, made: list[str], rows: list[Row], task: _Task,
                    job: _Job) -> None:
-    """Make the material of a finished task in the open part."""
     if job.error is None:
         outcome, picture = not_none(job.result)
         choices.filepath, choices.sample = task.path, task.sample
@@ -256,7 +254,6 @@ def _make_material(context: bpy.types.Context, choices: Choices, made: list[str]
 
 
 def _is_named_after_data(item: bpy.types.Material) -> bool:
-    """Whether a material still has the name of its measurements."""
     return re.fullmatch(rf"{re.escape(item.measured_brdf.name_of_data)}(\.\d{{3}})?", item.name) is not None
 
 

@@ -27,7 +27,6 @@ _DEFAULT_TOLERANCE = 0.05   # where it is not used
 
 
 def add(commands: Any) -> None:
-    """Add the commands to the parsers of all."""
     convert = commands.add_parser("convert", help="make an asset library of all measurements in folders")
     _add_inputs(convert)
     convert.add_argument("-o", "--out", required=True, help="the .blend to write; fits are saved beside it, and "

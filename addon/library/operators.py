@@ -46,13 +46,11 @@ class ReplacesFile(OperatorMixIn):
                                                          confirm_text="Replace", icon="WARNING")
 
     def check_replaceable(self, path: Path) -> None:
-        """Raise an error if a file would be replaced without `force`."""
         reason = library_file.refusal(path)
         if reason and not self.force:
             raise library_file.LibraryError(f"{reason}. Choose another name")
 
     def force_option(self) -> list[str]:
-        """`force` as arguments of the command line."""
         return ["--force"] if self.force else []
 
 

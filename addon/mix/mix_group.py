@@ -19,6 +19,7 @@ from ...fitter.cycles.bake import mix_source
 from ..core import lamps
 from ..core.annotations import not_none
 from ..core.blender import osl_support
+from ..core.blender.node_trees import add_input
 from ..core.blender.transaction import new_data_removed_on_error
 from ..core.shading import node_group
 
@@ -59,7 +60,6 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
 
 
 def is_mix(tree: bpy.types.NodeTree | None) -> bool:
-    """Whether `create` made a node group."""
     return tree is not None and tree.get(_MIXED_COUNT) is not None and all(name in tree.nodes for name in _HALVES)
 
 
@@ -142,12 +142,7 @@ def _keep_all(*_: object) -> None:
             keep(*(material for material in parts(tree) if material is not None))
 
 
-def register() -> None:
-    bpy.app.handlers.save_pre.append(_keep_all)
-
-
-def unregister() -> None:
-    bpy.app.handlers.save_pre.remove(_keep_all)
+handlers = {"save_pre": _keep_all}
 
 
 @contextmanager
@@ -178,7 +173,6 @@ def following(material: bpy.types.Material, before: bpy.types.NodeTree | None,
 
 
 def _renew(changed: list[bpy.types.Node]) -> None:
-    """Complete the mixes whose nodes have been given other groups."""
     for node in changed:
         mix = cast(bpy.types.NodeTree, node.id_data)
         _connect(mix)
@@ -210,9 +204,8 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
         "The surface for Cycles")
     sockets.new_socket(node_group.EEVEE_OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for EEVEE")
-    mixed = sockets.new_socket(FACTOR_INPUT, in_out="INPUT", socket_type="NodeSocketFloat")
-    mixed.subtype, mixed.default_value, mixed.min_value, mixed.max_value = "FACTOR", factor, 0, 1
-    mixed.description = f"Share of {second.name}; connect a mask to it"
+    add_input(tree, FACTOR_INPUT, "Float", f"Share of {second.name}; connect a mask to it", subtype="FACTOR",
+              default_value=factor, min_value=0, max_value=1)
     seen = {FACTOR_INPUT}
     for part in (first, second):
         for item in _sockets(part):
@@ -294,7 +287,6 @@ def _math(tree: bpy.types.NodeTree, operation: str, x: float, y: float) -> bpy.t
 
 
 def _remember_errors(tree: bpy.types.NodeTree) -> None:
-    """What `rendered` says of a group: the larger error of both."""
     trees = [not_none(tree.nodes[name].node_tree) for name in _HALVES]
     for name in _ERROR_PROPERTIES:
         tree[name] = max(each.get(name, 0.0) for each in trees)         # a group whose file is lost has none

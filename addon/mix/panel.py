@@ -34,7 +34,6 @@ what is changed of them"""
 
 
 def _draw_layer(layout: bpy.types.UILayout, layer: mix_group.Layer) -> None:
-    """Draw a picture, a name and a share, and what can be changed of the layer's material."""
     row, material = layout.split(factor=_PICTURE), layer.material
     if material is not None and queries.shown_fits(material) is not None:
         row.template_icon(icon_value=queries.material_sphere(material)[0], scale=_PICTURE_SCALE)
@@ -54,7 +53,6 @@ def _draw_layer(layout: bpy.types.UILayout, layer: mix_group.Layer) -> None:
 
 
 def draw_button(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:
-    """Draw the button that mixes a material with another."""
     layout.operator(MEASUREDBRDF_OT_mix.bl_idname, text="Mix...", icon="NODE_MATERIAL")
 
 

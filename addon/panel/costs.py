@@ -15,7 +15,6 @@ UNKNOWN_ROW, FAILED_ROW = ("...",) * 4, ("-",) * 4
 
 
 def draw_cost(layout: bpy.types.UILayout, settings: Any, data: Data | None) -> None:
-    """Draw what a fit with these settings costs, before the material has it."""
     column = layout.column(align=True)
     if data is None:
         return
@@ -38,7 +37,6 @@ def numbers(fitting: Job[Fitted], held: Job[float]) -> tuple[str, ...]:
 
 
 def texts(coefficients: int, nbytes: int, rmse: float) -> tuple[str, str, str]:
-    """Coefficients, kilobytes and RMSE as text."""
     return f"{coefficients:,}", f"{nbytes / 1000:,.0f}", f"{rmse:.3g}"
 
 

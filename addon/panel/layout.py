@@ -102,7 +102,6 @@ def _wrap(text: str, columns: float, margin: int, beside: int, breaks_words: boo
 
 
 def fits(text: str) -> bool:
-    """Whether text has room on a button as wide as the region that is drawn."""
     return bpy.context.region is None or len(wrap_text(text)) == 1
 
 
@@ -122,7 +121,6 @@ def _broken(text: str, characters: int, breaks_words: bool) -> tuple[str, ...]:
 
 
 def draw_warning(layout: bpy.types.UILayout, text: str) -> None:
-    """Draw text in a red box."""
     column = layout.box().column(align=True)
     column.alert = True
     draw_wrapped(column, text)

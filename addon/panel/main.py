@@ -10,6 +10,7 @@ import bpy
 
 from ..core import manual, versions
 from ..core.annotations import not_none
+from ..core.blender import targets
 from ..core.blender.active_material import active_material, can_change
 from ..core.shading import material as materials
 from ..core.shading import node_group
@@ -37,10 +38,28 @@ class _Main:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return has_data(context) or (context.object is not None and hasattr(context.object.data, "materials"))
+        return has_data(context) or (context.object is not None and targets.has_surface(context.object))
 
     def draw(self, context: bpy.types.Context) -> None:
-        draw(not_none(self.layout), context)
+        layout, material = not_none(self.layout), active_material(context)
+        name_beside_value(layout)
+        if material is not None and materials.is_shown(material):
+            _draw_look(layout, context, material)
+        _draw_start(layout)
+        if material is None:
+            return
+        if materials.is_shown(material):
+            _draw_version(layout, material)
+        if not can_change(material):
+            draw_wrapped(layout, "This material belongs to another file. Make it local to change it", "INFO")
+            layout.operator(MEASUREDBRDF_OT_make_local.bl_idname, icon="LIBRARY_DATA_DIRECT")
+        elif material.measured_brdf.filepath and not materials.is_shown(material):
+            for draw_unfitted in unfitted_rows:
+                draw_unfitted(layout, material)
+        if materials.is_shown(material):
+            row = layout.row(align=True)
+            for draw_measured in material_buttons:
+                draw_measured(row, material)
 
 
 class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):
@@ -57,29 +76,6 @@ class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
     bl_category = "Measured BRDF"
 
 
-def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """Draw what the material looks like, how well it was fitted, how it is rendered, and what can be done with it."""
-    name_beside_value(layout)
-    material = active_material(context)
-    if material is not None and materials.is_shown(material):
-        _draw_look(layout, context, material)
-    _draw_start(layout)
-    if material is None:
-        return
-    if materials.is_shown(material):
-        _draw_version(layout, material)
-    if not can_change(material):
-        draw_wrapped(layout, "This material belongs to another file. Make it local to change it", "INFO")
-        layout.operator(MEASUREDBRDF_OT_make_local.bl_idname, icon="LIBRARY_DATA_DIRECT")
-    elif material.measured_brdf.filepath and not materials.is_shown(material):
-        for draw_unfitted in unfitted_rows:
-            draw_unfitted(layout, material)
-    if materials.is_shown(material):
-        row = layout.row(align=True)
-        for draw_measured in material_buttons:
-            draw_measured(row, material)
-
-
 def _draw_start(layout: bpy.types.UILayout) -> None:
     """Draw how to begin; while a job runs its progress, in the same place and of the same height."""
     row = layout.row(align=True)
@@ -91,7 +87,6 @@ def _draw_start(layout: bpy.types.UILayout) -> None:
 
 
 def draw_running(row: bpy.types.UILayout) -> bool:
-    """Draw the progress of the running job, if there is one: whether there is."""
     if modal.running is None:
         return False
     after = f" ({len(modal.waiting)} waiting)" if modal.waiting else ""
@@ -118,7 +113,6 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
 
 
 def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
-    """Offer an update if an older version made the material, or if its shader is still to be compiled."""
     if materials.is_outdated(material):
         column = layout.box().column()
         made_by = material.measured_brdf.version or "unknown"

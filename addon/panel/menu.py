@@ -7,8 +7,7 @@ from collections.abc import Callable
 
 import bpy
 
-from .exporting import MEASUREDBRDF_OT_check_export
-from .fixes import MEASUREDBRDF_OT_check_scene
+from .fixes import MEASUREDBRDF_OT_check_export, MEASUREDBRDF_OT_check_scene
 from .rendering import MEASUREDBRDF_OT_add_studio, MEASUREDBRDF_OT_enable_osl
 from .update import MEASUREDBRDF_OT_update_materials
 
@@ -40,7 +39,6 @@ _draw = entries((MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),
 
 
 def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    """Draw the entry by which the menu opens."""
     menu.layout.menu(MEASUREDBRDF_MT_menu.bl_idname, icon="MATERIAL")
 
 

@@ -75,7 +75,6 @@ def _edits_shader(context: bpy.types.Context) -> bool:
 
 
 def entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
-    """Draw the entry by which the menu opens, where a shader is edited."""
     if _edits_shader(context):
         menu.layout.separator()
         menu.layout.menu(MEASUREDBRDF_MT_add_node.bl_idname)

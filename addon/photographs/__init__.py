@@ -7,8 +7,7 @@ from ..core.storage import paths
 from ..panel import menu
 from ..work import command
 from . import comparison, flat, operators, panel, settings
-from .flat import MEASUREDBRDF_OT_measure_sample_photographs
-from .operators import MEASUREDBRDF_OT_measure_photographs
+from .operators import MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_measure_sample_photographs
 
 _ENTRY = menu.entries((MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."),
                       (MEASUREDBRDF_OT_measure_sample_photographs, "Measure Photographs of a Flat Sample..."))

@@ -11,7 +11,7 @@ from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.imaging.pictures import srgb
-from ...fitter.photographs.compared import Part, area_means, read_compared
+from ...fitter.photographs.capture import Part, area_means, read_compared
 from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.description.parsing import parse
 from ..core.annotations import not_none
@@ -79,7 +79,6 @@ def _render_part(scene: Any, part: Part, shape: tuple[int, ...], size: int, path
 
 
 def read_answer(folder: Path) -> RenderedPair:
-    """What `answer` has found."""
     with np.load(folder / _ANSWER, allow_pickle=False) as stored:
         return RenderedPair(stored["photograph"], stored["rendered"], stored["counted"])
 
@@ -100,7 +99,6 @@ def sheet(pair: RenderedPair) -> SingleArray:
 
 
 def new_image(name: str, picture: SingleArray) -> bpy.types.Image:
-    """A new image of the open file that holds a picture."""
     height, width = picture.shape[:2]
     image = bpy.data.images.new(name, width, height)
     not_none(image.pixels).foreach_set(picture.ravel())

@@ -13,7 +13,6 @@ from ...fitter.arrays import FloatArray
 from ...fitter.photographs.description.capture_setup import Description
 from ...fitter.photographs.flat.reading import order_corners, to_pixels
 from ...fitter.photographs.rig import camera as cameras
-from . import settings as photographs
 from .settings import AS_THE_FILE_SAYS, GUESS, INTENSITY, WHITE_BALL, is_flat
 from .work import START
 
@@ -21,13 +20,13 @@ NEAR = 1e-6                 # m: an object so near a place is there
 _ON_CURVE = 9               # points of a mask's curve between two of its own
 
 
-def describe_scene(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
-    """The description of some photographs of a scene; by default of those that are used.
+def describe_scene(settings: Any, shots: Sequence[Any] = (), whole: bool = True) -> Description:
+    """The description of some photographs of the scene of settings; by default of those that are used.
 
     By default it is `whole`: what is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
     Raises ValueError if an object has been deleted, or the whole is not there.
     """
-    settings = photographs.get(scene)
+    scene = settings.id_data
     shots = shots or [each for each in settings.photographs if each.used]
     if not shots:
         raise ValueError("No photograph of this scene is used")
@@ -56,7 +55,6 @@ def describe_scene(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: boo
 
 
 def _drop_empty(**values: Any) -> Description:
-    """Keys that have a value, which is neither None nor empty."""
     return {key: value for key, value in values.items() if value is not None and value != ""}
 
 
@@ -67,7 +65,8 @@ def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any]
     _there(scene, settings.sample, "sample")
     corners, outline = np.reshape(settings.corners, (4, 2)), settings.drawn_outline
     if settings.drawn_corners is not None:
-        corners = order_corners(_drawn_corners(settings.drawn_corners), size)
+        drawn = _spline_points(settings.drawn_corners, "Corners", 4, 4, "four points")
+        corners = order_corners(np.array([tuple(point.co) for point in drawn]) - 0.5, size)
     brightness = [each.brightness for each in shots] if any(each.brightness != 1 for each in shots) else None
     described["sample"] = _drop_empty(
         width=settings.width, height=settings.height, corners=corners.tolist(), mask=bpy.path.abspath(settings.mask),
@@ -77,26 +76,20 @@ def _describe_sample(scene: bpy.types.Scene, settings: Any, shots: Sequence[Any]
     described |= _drop_empty(texels=settings.texels or None, materials=int(settings.count or 0) or None)
 
 
-def _drawn_corners(mask: Any) -> FloatArray:
-    """The four points of a mask, (4, 2), as `order_corners` takes them."""
-    if [len(each.points) for each in _splines(mask)] != [4]:
-        raise ValueError(f"Corners: {mask.name!r} is not a mask of one spline with four points")
-    return np.array([tuple(point.co) for point in _splines(mask)[0].points]) - 0.5
+def _spline_points(mask: Any, name: str, least: int, most: float, expected: str) -> list[Any]:
+    splines = [spline for layer in mask.layers for spline in layer.splines]
+    if len(splines) != 1 or not least <= len(splines[0].points) <= most:
+        raise ValueError(f"{name}: {mask.name!r} is not a mask of one spline with {expected}")
+    return list(splines[0].points)
 
 
 def _drawn_outline(mask: Any) -> FloatArray:
-    """The only curve of a mask as a polygon, (n, 2), in the same coordinates."""
-    if len(_splines(mask)) != 1 or len(_splines(mask)[0].points) < 3:
-        raise ValueError(f"Drawn Mask: {mask.name!r} is not a mask of one spline with three points or more")
-    points = list(_splines(mask)[0].points)
+    """The only curve of a mask as a polygon, (n, 2), as `to_pixels` takes it."""
+    points = _spline_points(mask, "Drawn Mask", 3, math.inf, "three points or more")
     curve = [place for one, other in zip(points, [*points[1:], points[0]], strict=True)
              for place in geometry.interpolate_bezier(one.co, one.handle_right, other.handle_left, other.co,
                                                       _ON_CURVE)[:-1]]
     return np.array([place[:2] for place in curve]) - 0.5
-
-
-def _splines(mask: Any) -> list[Any]:
-    return [spline for layer in mask.layers for spline in layer.splines]
 
 
 def _there(scene: bpy.types.Scene, item: bpy.types.Object | None, what: str) -> bpy.types.Object:

@@ -1,85 +1,25 @@
 """Photographs of a flat sample become a plane of its size: a mix of measured materials by masks, with a normal map."""
 
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import bpy
 import numpy as np
-from bpy.props import FloatProperty, StringProperty
 
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs.capture import Resolved
-from ...fitter.photographs.description.capture_setup import CameraSetup
 from ..core.annotations import not_none
-from ..core.blender import osl_support
 from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import compiler, material, mixing
-from ..core.storage.outcomes import EmbeddedFit, Outcome
-from ..core.storage.properties import default_choices, fit_arguments, use_preset
+from ..core.storage.outcomes import EmbeddedFit
 from ..core.storage.reading import load_arguments
 from ..work import process, queries
 from ..work.job import Work
 from ..work.modal import Steps
 from . import describing, stage
-from . import settings as photographs
 from . import work as measuring
-from .operators import LIGHTS, PICTURES, HasPhotographs, MakesScene, blender_light
+from .operators import HasPhotographs, blender_light, compile_outcomes, create_materials, default_fit
 from .settings import CHOSEN
-
-_PRESET = "Standard"        # of materials that are measured
-
-
-class MEASUREDBRDF_OT_measure_sample_photographs(MakesScene, bpy.types.Operator):
-    """Make a scene of photographs of a flat sample, in which its materials are measured: choose all of them, \
-their folder, light positions (.lp), a project of relight, or a description (.toml)"""
-
-    bl_idname = "measured_brdf.measure_sample_photographs"
-    bl_label = "Measure Photographs of a Flat Sample"
-
-    filter_glob: StringProperty(default=f"{PICTURES};*.toml;{LIGHTS}", options={"HIDDEN"})
-    width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
-                         description="Of what fills the pictures. Corners can be moved later")
-    side_properties = "width",
-
-    def work(self, _context: bpy.types.Context) -> Work:
-        osl_support.make_importable("OpenImageIO")
-        paths, choices = self.paths("the photographs, their folder, light positions, or a description"), _choices("")
-        return process.Calculation(partial(measuring.find_sample_description, paths, self.width, self.exposures,
-                                           fit_arguments(choices), load_arguments(choices)))
-
-    def prepare(self, found: tuple[Resolved, list[Outcome]]) -> Steps:
-        return *found, (yield from _compile(found[1]))
-
-    def apply(self, context: bpy.types.Context,
-              prepared: tuple[Resolved, list[Outcome], list[compiler.Shader]]) -> None:
-        described, outcomes, shaders = prepared
-        materials = _create(outcomes, shaders, context)
-        made = stage.make(described)
-        for name, each in zip(CHOSEN, materials, strict=False):
-            setattr(photographs.get(made), name, each)
-        self.show(context, made)
-
-
-def _choices(path: str) -> Any:
-    """Those with which materials of a sample are fitted."""
-    choices = default_choices(path)
-    use_preset(choices, _PRESET)
-    return choices
-
-
-def _compile(outcomes: Sequence[Outcome]) -> Generator[tuple[float, str], None, list[compiler.Shader]]:
-    shaders = []
-    for each in outcomes:
-        yield 0.95, f"Compiling {each.measured.name}"
-        shaders.append(compiler.compile_surface(each.surface))
-    return shaders
-
-
-def _create(outcomes: Sequence[Outcome], shaders: Sequence[compiler.Shader],
-            context: bpy.types.Context) -> list[bpy.types.Material]:
-    return [material.create(each, _choices(each.measured.path), context, shader)
-            for each, shader in zip(outcomes, shaders, strict=True)]
 
 
 class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
@@ -89,26 +29,25 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
     bl_label = "Measure"
 
     def work(self, context: bpy.types.Context) -> Work:
-        scene = self.remember(context)
-        settings = photographs.get(scene)
+        settings = self.remember(context)
         chosen = [each for each in (getattr(settings, name) for name in CHOSEN) if each is not None]
         self._uids = [each.session_uid for each in chosen]
         return process.Calculation(partial(
-            measuring.measure_sample, describing.describe_scene(scene), scene.name, settings.tile,
-            [_embedded_fit(each) for each in chosen], load_arguments(_choices(""))))
+            measuring.measure_sample, describing.describe_scene(settings), settings.tile,
+            [_embedded_fit(each) for each in chosen], load_arguments(default_fit(""))))
 
-    def prepare(self, result: tuple[measuring.SampleResult, CameraSetup]) -> Steps:
-        return *result, (yield from _compile(result[0].outcomes))
+    def prepare(self, result: measuring.SampleResult) -> Steps:
+        return result, (yield from compile_outcomes(result.outcomes))
 
     def apply(self, context: bpy.types.Context,
-              prepared: tuple[measuring.SampleResult, CameraSetup, list[compiler.Shader]]) -> None:
-        (maps, camera, shaders), settings = prepared, photographs.get(self.scene())
+              prepared: tuple[measuring.SampleResult, list[compiler.Shader]]) -> None:
+        (maps, shaders), settings = prepared, self.settings()
         chosen = [find_by_session_uid(bpy.data.materials, uid) for uid in self._uids]
         if None in chosen:
             raise ValueError("A material that was chosen has been removed meanwhile")
-        parts = [*map(not_none, chosen), *_create(maps.outcomes, shaders, context)]
+        parts = [*map(not_none, chosen), *create_materials(maps.outcomes, shaders, context)]
         mixes = _mix_parts(parts, maps, context)
-        plane, pose, lights = settings.sample.data, stage.camera_pose(camera), _lights(settings, maps)
+        plane, pose, lights = settings.sample.data, stage.camera_pose(maps.view), _lights(settings, maps)
         coordinates = stage.uv_of_part(plane, maps.part)
         layer = plane.uv_layers.active or plane.uv_layers.new(name="UVMap")
         # no call may follow that can fail: this is not taken back
@@ -120,10 +59,8 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
         settings.camera.matrix_basis = pose
         for lamp, light, energy, colour in lights:
             lamp.data, light.energy, light.color = light, energy, colour
-        settings.told, settings.doubts = "\n".join(maps.told), "\n".join(maps.doubts)
-        for line in maps.doubts:
-            self.report({"WARNING"}, line)
-        self.report({"INFO"}, f"{mixes[-1].name}: a mix of {', '.join(each.name for each in parts)}")
+        self.tell(settings, maps.told, maps.doubts,
+                  f"{mixes[-1].name}: a mix of {', '.join(each.name for each in parts)}")
 
 
 def _embedded_fit(chosen: bpy.types.Material) -> EmbeddedFit:
@@ -170,11 +107,10 @@ def _mix_parts(parts: Sequence[bpy.types.Material], maps: measuring.SampleResult
 
 
 def _image(name: str, content: bytes) -> bpy.types.Image:
-    """An image of numbers that is packed into the file."""
     image = bpy.data.images.new(name, 1, 1, is_data=True)
     image.pack(data=content, data_len=len(content))
     image.source = "FILE"
     return image
 
 
-classes = (MEASUREDBRDF_OT_measure_sample_photographs, MEASUREDBRDF_OT_measure_sample)
+classes = MEASUREDBRDF_OT_measure_sample,

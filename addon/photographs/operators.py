@@ -1,6 +1,7 @@
 """From photographs of a ball or a flat sample to its material: a scene of them, things in their places, comparisons."""
 
 import math
+from collections.abc import Generator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,14 +12,15 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProper
 
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT_COLOURS, conversion
-from ...fitter.photographs.capture import Resolved
-from ...fitter.photographs.compared import relative_difference
-from ...fitter.photographs.description.capture_setup import CaptureSetup
+from ...fitter.photographs.capture import relative_difference
+from ...fitter.photographs.description.capture_setup import Description
+from ...fitter.photographs.rig.lamps import Scene
 from ...fitter.storage.files import replace_file
 from ..core.annotations import not_none
 from ..core.blender import osl_support, targets
 from ..core.blender.transaction import find_by_session_uid
 from ..core.shading import compiler, material
+from ..core.storage.outcomes import Outcome
 from ..core.storage.properties import default_choices, fit_arguments, quality_summary, use_preset
 from ..core.storage.reading import load_arguments, scene_colours
 from ..work import process
@@ -28,6 +30,7 @@ from ..work.modal import AsksForPath, InBackground, Steps
 from . import comparison, describing, stage
 from . import settings as photographs
 from . import work as measuring
+from .settings import CHOSEN
 
 PICTURES = "*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg"
 LIGHTS = ";".join(f"*{suffix}" for suffix in measuring.LIGHT_POSITIONS)
@@ -45,18 +48,25 @@ class HasPhotographs(InBackground):
             return False
         return bool(context.scene.is_editable)
 
-    def remember(self, context: bpy.types.Context) -> bpy.types.Scene:
-        """The scene of the context, which `scene` finds again."""
+    def remember(self, context: bpy.types.Context) -> Any:
+        """The settings of the context's scene, which `settings` finds again."""
         osl_support.make_importable("OpenImageIO")
         self._scene = not_none(context.scene).session_uid
-        return not_none(context.scene)
+        return photographs.get(not_none(context.scene))
 
-    def scene(self) -> bpy.types.Scene:
-        """The scene that was remembered. ValueError if it, or what is measured, has been removed meanwhile."""
+    def tell(self, settings: Any, told: Sequence[str], doubts: Sequence[str], line: str) -> None:
+        """Store what is to be said, in the words of the panel, and report a line and what is wrong."""
+        settings.told, settings.doubts = (measuring.translate_keys("\n".join(lines)) for lines in (told, doubts))
+        for each in settings.doubts.splitlines():
+            self.report({"WARNING"}, each)
+        self.report({"INFO"}, line)
+
+    def settings(self) -> Any:
+        """Those of the scene that was remembered. ValueError if it, or what is measured, has been removed meanwhile."""
         scene = find_by_session_uid(bpy.data.scenes, self._scene)
         if scene is None or photographs.surface(photographs.get(scene)) is None:
             raise ValueError("The scene of the photographs has been removed meanwhile")
-        return scene
+        return photographs.get(scene)
 
 
 class _ChoosesFiles(AsksForPath):
@@ -80,10 +90,41 @@ class MakesScene(_ChoosesFiles):
     """A mix-in for operators that make a scene of photographs."""
 
     bl_options = {"REGISTER", "UNDO"}
+    expected = "the photographs, their folder, or a description"
     exposures: IntProperty(name="Exposures", default=0, min=0,
                            description="Pictures of each lamp, which follow one another by name. 0: found by the "
                                        "exposure times in the files")
     side_properties: tuple[str, ...] = ()         # the properties at the right of the file browser
+
+    def describe(self) -> Description:
+        """Camera and ball, or sample, of pictures that nobody has described."""
+        raise NotImplementedError
+
+    def work(self, context: bpy.types.Context) -> Work:
+        osl_support.make_importable("OpenImageIO")
+        self._scene = not_none(context.scene).session_uid
+        paths, choices = self.paths(self.expected), default_fit("")
+        return process.Calculation(partial(measuring.find_scene, paths, self.describe(), self.exposures,
+                                           fit_arguments(choices), load_arguments(choices)))
+
+    def prepare(self, found: tuple[Scene, list[Outcome]]) -> Steps:
+        return *found, (yield from compile_outcomes(found[1]))
+
+    def apply(self, context: bpy.types.Context, prepared: tuple[Scene, list[Outcome], list[compiler.Shader]]) -> None:
+        described, outcomes, shaders = prepared
+        materials = create_materials(outcomes, shaders, context)
+        made = stage.make(described)
+        for name, each in zip(CHOSEN, materials, strict=False):
+            setattr(photographs.get(made), name, each)
+        count = len(photographs.get(made).photographs)
+        self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
+        # the last step opens the scene, because that is not taken back on an error
+        if context.window is not None:
+            context.window.scene = made
+            for area in () if bpy.app.background else context.window.screen.areas:
+                if area.type == "VIEW_3D":      # through the camera, with the light of the scene
+                    space: Any = area.spaces.active
+                    space.region_3d.view_perspective, space.shading.type = "CAMERA", "RENDERED"
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
@@ -91,16 +132,25 @@ class MakesScene(_ChoosesFiles):
         for name in (*self.side_properties, "exposures"):
             layout.prop(self, name)
 
-    def show(self, context: bpy.types.Context, made: bpy.types.Scene) -> None:
-        """Open the scene. The last step, because it is not taken back on an error."""
-        count = len(photographs.get(made).photographs)
-        self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
-        if context.window is not None:
-            context.window.scene = made
-            for area in () if bpy.app.background else context.window.screen.areas:
-                if area.type == "VIEW_3D":      # through the camera, with the light of the scene
-                    space: Any = area.spaces.active
-                    space.region_3d.view_perspective, space.shading.type = "CAMERA", "RENDERED"
+
+def default_fit(path: str, preset: str = "Standard") -> Any:
+    choices = default_choices(path)
+    use_preset(choices, preset)
+    return choices
+
+
+def compile_outcomes(outcomes: Sequence[Outcome]) -> Generator[tuple[float, str], None, list[compiler.Shader]]:
+    shaders = []
+    for each in outcomes:
+        yield 0.95, f"Compiling {each.measured.name}"
+        shaders.append(compiler.compile_surface(each.surface))
+    return shaders
+
+
+def create_materials(outcomes: Sequence[Outcome], shaders: Sequence[compiler.Shader],
+                     context: bpy.types.Context) -> list[bpy.types.Material]:
+    return [material.create(each, default_fit(each.measured.path), context, shader)
+            for each, shader in zip(outcomes, shaders, strict=True)]
 
 
 class MEASUREDBRDF_OT_measure_photographs(MakesScene, bpy.types.Operator):
@@ -120,26 +170,39 @@ their folder, or a description (.toml, .lp)"""
 
     @property
     def side_properties(self) -> tuple[str, ...]:
-        """Radius and distance of a new scene."""
         return () if self.to_scene else ("radius", "distance")
 
-    def work(self, context: bpy.types.Context) -> Work:
-        osl_support.make_importable("OpenImageIO")
-        self._scene = not_none(context.scene).session_uid
-        paths = self.paths("the photographs, their folder, or a description")
-        return process.Calculation(partial(measuring.find_description, paths, self.radius, self.distance,
-                                           self.exposures))
+    def describe(self) -> Description:
+        return {"camera": {"position": [0.0, -self.distance, 0.0]},
+                "ball": {"centre": [0.0, 0.0, 0.0], "radius": self.radius}}
 
-    def apply(self, context: bpy.types.Context, described: Resolved) -> None:
+    def apply(self, context: bpy.types.Context, prepared: tuple[Scene, list[Outcome], list[compiler.Shader]]) -> None:
         if not self.to_scene:
-            self.show(context, stage.make(described))
+            super().apply(context, prepared)
             return
         scene = find_by_session_uid(bpy.data.scenes, self._scene)
         known = [] if scene is None else list(photographs.lamps(photographs.get(scene)))
         if scene is None or not known:
             raise ValueError("This scene has no photographs to measure")
-        stage.add(scene, described.setup.photographs, known[0].data)
+        stage.add(scene, prepared[0].setup.photographs, known[0].data)
         photographs.get(scene).active = len(photographs.get(scene).photographs) - 1
+
+
+class MEASUREDBRDF_OT_measure_sample_photographs(MakesScene, bpy.types.Operator):
+    """Make a scene of photographs of a flat sample, in which its materials are measured: choose all of them, \
+their folder, light positions (.lp), a project of relight, or a description (.toml)"""
+
+    bl_idname = "measured_brdf.measure_sample_photographs"
+    bl_label = "Measure Photographs of a Flat Sample"
+
+    filter_glob: StringProperty(default=f"{PICTURES};*.toml;{LIGHTS}", options={"HIDDEN"})
+    width: FloatProperty(name="Sample Width", default=0.1, min=1e-5, subtype="DISTANCE", precision=5,
+                         description="Of what fills the pictures. Corners can be moved later")
+    side_properties = "width",
+    expected = "the photographs, their folder, light positions, or a description"
+
+    def describe(self) -> Description:
+        return {"camera": {"position": "far"}, "sample": {"width": self.width, "height": self.width}}
 
 
 class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
@@ -149,19 +212,18 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
     bl_label = "Fit Outline"
 
     def work(self, context: bpy.types.Context) -> Work:
-        scene = self.remember(context)
-        return process.Calculation(partial(measuring.find_places, describing.describe_scene(scene, whole=False),
-                                           scene.name))
+        description = describing.describe_scene(self.remember(context), whole=False)
+        return process.Calculation(partial(measuring.find_places, description))
 
-    def apply(self, _context: bpy.types.Context, found: CaptureSetup) -> None:
-        settings = photographs.get(self.scene())
-        is_ball = settings.ball is not None
-        place: Any = found.need_ball().centre if is_ball else found.camera.position
-        if is_ball:
+    def apply(self, _context: bpy.types.Context, found: Scene) -> None:
+        settings = self.settings()
+        if settings.ball is not None:
+            name, place = "ball", found.what.middle
             settings.ball.location = place
         else:
-            settings.camera.matrix_basis = stage.camera_pose(found.camera)
-        self.report({"INFO"}, "The {} is at {:.4f}, {:.4f}, {:.4f} m".format("ball" if is_ball else "camera", *place))
+            name, place = "camera", found.view.position
+            settings.camera.matrix_basis = stage.camera_pose(found.view)
+        self.report({"INFO"}, "The {} is at {:.4f}, {:.4f}, {:.4f} m".format(name, *place))
 
 
 class MEASUREDBRDF_OT_place_lamp(_ChoosesFiles, HasPhotographs, bpy.types.Operator):
@@ -176,13 +238,12 @@ light positions (.lp, a project of relight); the lamp of this photograph by one 
                             description="From the lamps to the middle of ball or sample. 0: far away")
 
     def work(self, context: bpy.types.Context) -> Work:
-        scene = self.remember(context)
-        settings, paths = photographs.get(scene), self.paths("pictures of a chrome ball, or light positions")
+        settings, paths = self.remember(context), self.paths("pictures of a chrome ball, or light positions")
         is_one = len(paths) == 1 and Path(paths[0]).suffix.lower() not in measuring.LIGHT_POSITIONS
         shots = [photographs.active(settings)] if is_one else [*settings.photographs]
         self._lamps = [None if each.lamp is None else each.lamp.session_uid for each in shots]
-        return process.Calculation(partial(measuring.lamps_by, describing.describe_scene(scene, shots, whole=False),
-                                           scene.name, paths, self.distance, bpy.path.abspath(settings.chrome_mask)))
+        return process.Calculation(partial(measuring.lamps_by, describing.describe_scene(settings, shots, whole=False),
+                                           paths, self.distance, bpy.path.abspath(settings.chrome_mask)))
 
     def apply(self, _context: bpy.types.Context, places: list[list[float] | None]) -> None:
         lamps = [find_by_session_uid(bpy.data.objects, uid) for uid in self._lamps]
@@ -203,17 +264,15 @@ them"""
     bl_label = "Measure"
 
     def work(self, context: bpy.types.Context) -> Work:
-        scene = self.remember(context)
-        settings = photographs.get(scene)
-        self._choices = default_choices(settings.samples)
-        use_preset(self._choices, settings.preset or "Standard")
+        settings = self.remember(context)
+        self._choices = default_fit(settings.samples, settings.preset or "Standard")
         path = Path(bpy.path.abspath(settings.samples))
         if not settings.samples or not path.parent.is_dir():
             raise ValueError(f"Save As: {path.parent}: not a folder" if settings.samples
                              else "Save As is empty: name the file of the samples")
         return process.Calculation(partial(
-            measuring.measure_ball, describing.describe_scene(scene), scene.name, str(path),
-            fit_arguments(self._choices), load_arguments(self._choices)))
+            measuring.measure_ball, describing.describe_scene(settings), str(path), fit_arguments(self._choices),
+            load_arguments(self._choices)))
 
     def prepare(self, result: measuring.BallResult) -> Steps:
         yield 0.95, "Compiling"
@@ -221,8 +280,7 @@ them"""
 
     def apply(self, context: bpy.types.Context, prepared: tuple[measuring.BallResult, compiler.Shader]) -> None:
         (outcome, content, centre, intensity, told, doubts), shader = prepared
-        scene = self.scene()
-        settings = photographs.get(scene)
+        settings = self.settings()
         ball, energy, colour = settings.ball, *blender_light(intensity)
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
         with replace_file(outcome.measured.path) as stream:
@@ -238,10 +296,7 @@ them"""
         ball.location = centre
         for light in lights:
             light.energy, light.color = energy, colour
-        settings.told, settings.doubts = "\n".join(told), "\n".join(doubts)
-        for line in doubts:
-            self.report({"WARNING"}, line)
-        self.report({"INFO"}, f"{made.name}: {quality_summary(made.measured_brdf).line}")
+        self.tell(settings, told, doubts, f"{made.name}: {quality_summary(made.measured_brdf).line}")
 
 
 def blender_light(intensity: FloatArray) -> tuple[float, FloatArray]:
@@ -258,11 +313,11 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
     bl_label = "Compare with Photograph"
 
     def work(self, context: bpy.types.Context) -> Work:
-        scene = self.remember(context)
-        shot = photographs.active(photographs.get(scene))
-        description = describing.describe_scene(scene, [shot], whole=False)
+        settings = self.remember(context)
+        shot = photographs.active(settings)
+        description = describing.describe_scene(settings, [shot], whole=False)
         self._lamp, self._folder = shot.lamp.session_uid, process.temporary()
-        comparison.write_request(Path(self._folder.name), scene, description)
+        comparison.write_request(Path(self._folder.name), settings.id_data, description)
         return Command("photograph", self._folder.name)
 
     def prepare(self, _result: Any) -> Steps:
@@ -272,7 +327,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         yield
 
     def apply(self, _context: bpy.types.Context, pair: comparison.RenderedPair) -> None:
-        settings = photographs.get(self.scene())
+        settings = self.settings()
         shot = next((each for each in settings.photographs
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
         if shot is None:
@@ -287,5 +342,6 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         self.report({"WARNING"} if judged.is_bad else {"INFO"}, judged.words)
 
 
-classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp,
-           MEASUREDBRDF_OT_measure_ball, MEASUREDBRDF_OT_compare_photograph)
+classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_measure_sample_photographs,
+           MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp, MEASUREDBRDF_OT_measure_ball,
+           MEASUREDBRDF_OT_compare_photograph)

@@ -12,17 +12,9 @@ from ..core.storage.properties import draw_presets
 from ..panel.layout import draw_warning, draw_wrapped, name_beside_value, picture_scale
 from ..panel.main import draw_running
 from ..work import icons
-from . import describing
+from . import describing, flat, operators
 from . import settings as photographs
 from .comparison import TIMES
-from .flat import MEASUREDBRDF_OT_measure_sample
-from .operators import (
-    MEASUREDBRDF_OT_compare_photograph,
-    MEASUREDBRDF_OT_fit_outline,
-    MEASUREDBRDF_OT_measure_ball,
-    MEASUREDBRDF_OT_measure_photographs,
-    MEASUREDBRDF_OT_place_lamp,
-)
 from .settings import CARD, CHOSEN, GUESS, INTENSITY, WHITE_BALL
 
 _ROWS, _NAME = 5, 12        # of the list; letters of a name that it has room for
@@ -69,7 +61,7 @@ class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
         row = layout.row()
         row.template_list(MEASUREDBRDF_UL_photographs.__name__, "", settings, "photographs", settings, "active",
                           rows=_ROWS)
-        row.operator(MEASUREDBRDF_OT_measure_photographs.bl_idname, text="", icon="ADD").to_scene = True
+        row.operator(operators.MEASUREDBRDF_OT_measure_photographs.bl_idname, text="", icon="ADD").to_scene = True
         _draw_photograph(layout, photographs.active(settings), photographs.is_flat(settings))
         _draw_work(layout, settings)
 
@@ -93,7 +85,7 @@ def _draw_photograph(layout: bpy.types.UILayout, shot: Any, is_flat: bool) -> No
     column.prop(shot.lamp, "location", text="Lamp")
     if is_flat:
         column.prop(shot, "brightness")
-    column.operator(MEASUREDBRDF_OT_place_lamp.bl_idname, icon="SHADING_RENDERED",
+    column.operator(operators.MEASUREDBRDF_OT_place_lamp.bl_idname, icon="SHADING_RENDERED",
                     text="By Chrome Balls or Positions...")
 
 
@@ -102,12 +94,12 @@ def _draw_work(layout: bpy.types.UILayout, settings: Any) -> None:
     if draw_running(layout.row(align=True)):
         return
     if photographs.is_flat(settings):
-        layout.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_PLANE", text="Camera by Corners")
-        layout.operator(MEASUREDBRDF_OT_measure_sample.bl_idname, icon="MATERIAL")
+        layout.operator(operators.MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_PLANE", text="Camera by Corners")
+        layout.operator(flat.MEASUREDBRDF_OT_measure_sample.bl_idname, icon="MATERIAL")
     else:
-        layout.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
+        layout.operator(operators.MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
         draw_presets(layout, settings)
-        layout.operator(MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
+        layout.operator(operators.MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
     if settings.scale == GUESS:
         draw_wrapped(layout, "The scale is a guess", "INFO")
 
@@ -223,7 +215,7 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, shot = _layout(self), photographs.active(photographs.get(not_none(context.scene)))
-        layout.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
+        layout.operator(operators.MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
         if shot.comparison is None:
             return
         icon = icons.draw_at_once(("photograph", shot.comparison.session_uid, shot.difference),

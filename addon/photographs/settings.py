@@ -68,7 +68,7 @@ class MeasuredPhotograph(bpy.types.PropertyGroup):
                               description="Of this lamp beside the others, where these are of a flat sample")
     picture: PointerProperty(name="Picture", type=bpy.types.Image)              # behind the camera's view
     comparison: PointerProperty(name="Comparison", type=bpy.types.Image)        # with the ball as it was rendered
-    difference: FloatProperty(name="Difference")        # as `fitter.photographs.compared` defines it
+    difference: FloatProperty(name="Difference")        # as `fitter.photographs.capture` defines it
 
 
 def _show_active(settings: Any, context: bpy.types.Context) -> None:
@@ -177,12 +177,10 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
 
 
 def get(scene: bpy.types.Scene) -> Any:
-    """The `MeasuredPhotographs` of a scene."""
     return scene.measured_brdf_photographs
 
 
 def active(settings: Any) -> Any:
-    """The active photograph."""
     return settings.photographs[min(max(settings.active, 0), len(settings.photographs) - 1)]
 
 
@@ -203,7 +201,6 @@ def is_flat(settings: Any) -> bool:
 
 
 def lamps(settings: Any) -> Iterator[bpy.types.Object]:
-    """The lamps of all photographs."""
     yield from (each.lamp for each in settings.photographs if each.lamp is not None)
 
 

@@ -13,10 +13,10 @@ from mathutils import Matrix, Vector
 
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
-from ...fitter.photographs.capture import Resolved
-from ...fitter.photographs.description.capture_setup import BallSetup, CameraSetup, CaptureSetup, SampleSetup, Shot
+from ...fitter.photographs.description.capture_setup import CaptureSetup, SampleSetup, Shot
 from ...fitter.photographs.flat.reading import sample_corners
-from ...fitter.photographs.rig import camera as cameras
+from ...fitter.photographs.rig.camera import CameraView
+from ...fitter.photographs.rig.lamps import Scene
 from ..core.annotations import not_none
 from ..core.blender import osl_support
 from ..core.blender.node_trees import use_nodes
@@ -24,18 +24,17 @@ from ..core.shading import look
 from ..core.storage import paths
 from . import settings as photographs
 from .describing import NEAR, position
-from .work import LENS, SENSOR
+from .work import SENSOR
 
 _SAMPLES, _IN_VIEW = 64, 16         # per pixel: of renders, and of the 3D view, which else competes with the workers
 _PREVIEW = 0.2, 0.2         # albedo and roughness of the ball until it is measured: a highlight to be seen
 _HALF = 0.5                 # opacity of the photograph before the ball
 
 
-def make(resolved: Resolved) -> bpy.types.Scene:
-    """Make a scene of a description whose places are numbers. Raises DatasetError if it has what the settings of a
-    scene cannot hold: several files of a card, say.
-    """
-    setup, (height, width), is_far = resolved
+def make(described: Scene) -> bpy.types.Scene:
+    """Make a scene of that of a description. Raises DatasetError if it has what settings cannot hold: several files of
+    a card, say."""
+    setup, (height, width) = described.setup, described.view.size
     shots = setup.photographs
     scene = bpy.data.scenes.new(setup.title)
     osl_support.enable(scene)
@@ -44,12 +43,14 @@ def make(resolved: Resolved) -> bpy.types.Scene:
     scene.view_settings.view_transform = "Standard"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
     settings = photographs.get(scene)
-    settings.camera = scene.camera = _camera(scene, setup.camera)
-    if setup.ball is not None:
-        settings.ball = _ball(scene, setup.ball)
+    settings.camera = scene.camera = _camera(scene, setup.camera.sensor_width or SENSOR, described.view.angle)
+    settings.camera.matrix_basis = camera_pose(described.view)
+    if setup.sample is None:
+        settings.ball = _object(scene, "Ball", look.sphere())
+        settings.ball.location, settings.ball.scale = described.what.middle, [described.what.size] * 3
+        settings.ball.material_slots[0].material = _preview()
     else:
-        settings.sample, settings.is_far = _sample(scene, setup.need_sample()), is_far
-    settings.camera.matrix_basis = camera_pose(setup.camera, setup.ball.centre if setup.ball else (0, 0, 0))
+        settings.sample, settings.is_far = _sample(scene, setup.sample), described.is_far
     light = bpy.data.lights.new("Lamp", "POINT")
     light.use_soft_falloff = False          # a ball
     light.shadow_soft_size = setup.lamp.radius
@@ -83,30 +84,18 @@ def _picture(path: str) -> bpy.types.Image:
     return picture
 
 
-def _camera(scene: bpy.types.Scene, setup: CameraSetup) -> bpy.types.Object:
+def _camera(scene: bpy.types.Scene, sensor_width: float, angle: float) -> bpy.types.Object:
     data = bpy.data.cameras.new("Camera")
     data.sensor_fit = "HORIZONTAL"
-    data.sensor_width = setup.sensor_width or SENSOR
-    data.lens = setup.focal_length or LENS
-    if setup.field_of_view is not None:
-        data.lens = data.sensor_width / (2 * math.tan(math.radians(setup.field_of_view) / 2))
+    data.sensor_width, data.lens = sensor_width, sensor_width / (2 * math.tan(angle / 2))
     background = data.background_images.new()
     background.display_depth, background.alpha = "FRONT", _HALF
     data.show_background_images = True
     return _object(scene, "Camera", data)
 
 
-def camera_pose(setup: CameraSetup, centre: Any = (0, 0, 0)) -> Matrix:
-    """Where a camera is in a description whose places are numbers; by default it looks at a centre, (3,)."""
-    orientation = cameras.orientation(setup, centre)
-    return Matrix.Translation(Vector(_numbers(setup.position))) @ Matrix(orientation.tolist()).to_4x4()
-
-
-def _ball(scene: bpy.types.Scene, setup: BallSetup) -> bpy.types.Object:
-    item = _object(scene, "Ball", look.sphere())
-    item.location, item.scale = _numbers(setup.centre), [not_none(setup.radius)] * 3
-    item.material_slots[0].material = _preview()
-    return item
+def camera_pose(view: CameraView) -> Matrix:
+    return Matrix.Translation(Vector(view.position.tolist())) @ Matrix(view.orientation.tolist()).to_4x4()
 
 
 def _sample(scene: bpy.types.Scene, setup: SampleSetup) -> bpy.types.Object:
@@ -132,17 +121,11 @@ def uv_of_part(mesh: bpy.types.Mesh, part: FloatArray) -> FloatArray:
 
 
 def _preview() -> bpy.types.Material:
-    """What ball and sample are of until they are measured."""
     preview = bpy.data.materials.new("Not Measured")
     surface: Any = next(node for node in use_nodes(preview).nodes if node.type == "BSDF_PRINCIPLED")
     surface.inputs["Base Color"].default_value = (*[_PREVIEW[0]] * 3, 1)
     surface.inputs["Roughness"].default_value = _PREVIEW[1]
     return preview
-
-
-def _numbers(place: Any) -> list[float]:
-    """A place of a description in which all are numbers."""
-    return np.asarray(place, dtype=float).tolist()
 
 
 def _lamp(scene: bpy.types.Scene, name: str, light: bpy.types.Light, at: Any) -> bpy.types.Object:
@@ -177,7 +160,7 @@ def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bp
                    "region": None if known.region is None else known.region.astype(int).tolist()}
     if setup.sample is not None:
         outline, size = setup.sample.outline, (scene.render.resolution_y, scene.render.resolution_x)
-        values |= {"corners": np.ravel(_numbers(setup.sample.corners)).tolist(), "texels": round(setup.texels or 0),
+        values |= {"corners": np.ravel(not_none(setup.sample.corners)).tolist(), "texels": round(setup.texels or 0),
                    "drawn_outline": None if outline is None else _mask("Outline", outline, size),
                    "finds_brightness": isinstance(lamp.brightness, str),
                    "count": str(setup.materials) if isinstance(setup.materials, int) else None}
@@ -190,7 +173,6 @@ def _store(settings: Any, setup: CaptureSetup, scene: bpy.types.Scene, light: bp
 
 
 def _only_file(files: Sequence[Path] | None) -> str | None:
-    """The only file; None where there is none."""
     if files and len(files) > 1:
         raise DatasetError(f"{len(files)} files found, expected one: a scene holds several exposures of photographs "
                            f"alone", files[0])

@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -17,16 +18,17 @@ from ...fitter.colours import DEFAULT_COLOURS, conversion
 from ...fitter.formats import saved_samples
 from ...fitter.imaging.picture_files import PictureInfo, read_picture_info
 from ...fitter.photographs.ball import measuring
-from ...fitter.photographs.ball.advice import report_ball
-from ...fitter.photographs.capture import Resolved, resolve
+from ...fitter.photographs.capture import resolve
 from ...fitter.photographs.description import light_positions, parsing
-from ...fitter.photographs.description.capture_setup import GUESS, CameraSetup, CaptureSetup, Description
+from ...fitter.photographs.description.capture_setup import GUESS, CaptureSetup, Description
 from ...fitter.photographs.flat import map_files
 from ...fitter.photographs.flat.maps import check_materials
 from ...fitter.photographs.flat.reading import read_sample
 from ...fitter.photographs.flat.tiling import cut_tile, tile_size
-from ...fitter.photographs.pictures.light import Light
-from ...fitter.photographs.pictures.reading import Pictures
+from ...fitter.photographs.pictures import Light, Pictures
+from ...fitter.photographs.report import report_ball, report_sample
+from ...fitter.photographs.rig.camera import CameraView
+from ...fitter.photographs.rig.lamps import Scene
 from ..core.annotations import Arguments, not_none
 from ..core.storage.outcomes import EmbeddedFit, Outcome
 from ..work import tasks
@@ -59,6 +61,7 @@ class SampleResult(NamedTuple):
     """What photographs of a flat sample have measured; pictures are PNG of 16 bits."""
 
     name: str
+    view: CameraView
     outcomes: list[Outcome]         # of the materials that were found; empty where they were chosen
     masks: list[tuple[bytes, float]]    # the share of each but the first, where it lies upon those before; its mean
     brightness: bytes               # what the mix is multiplied with, over `most`
@@ -87,65 +90,51 @@ def _names_of_panel() -> Iterator[None]:
         raise DatasetError(translate_keys(str(error))) from error
 
 
-def find_description(paths: Sequence[str], radius: float, distance: float, count: int) -> Resolved:
-    """The description that a file is, or a folder has; else one of the pictures, or of those in the folder: of a ball
-    at the origin, with a camera so far away, metres, and `count` exposures under each lamp, 0: as the files say."""
-    path = Path(paths[0])
-    is_described = bool(parsing.descriptions_in(path)) if path.is_dir() else path.suffix.lower() in parsing.SUFFIXES
-    if len(paths) == 1 and is_described:
-        setup = parsing.read(path)
-        setup.need_ball()
-        return resolve(setup)
-    groups, first = _group_pictures(paths, count)
-    return Resolved(_parse_pictures(groups, path.parent, {
-        "name": path.parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(first)},
-        "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}}), first.size)
+def find_scene(paths: Sequence[str], whole: Description, count: int, arguments: Arguments,
+               how: Arguments) -> tuple[Scene, list[Outcome]]:
+    """The scene of the description that a file is, or a folder has, and the materials that it names, fitted.
 
-
-def find_sample_description(paths: Sequence[str], width: float, count: int, arguments: Arguments,
-                            how: Arguments) -> tuple[Resolved, list[Outcome]]:
-    """The description of a flat sample that a file is, or a folder has, and the materials that it names, fitted; else
-    one of light positions or pictures.
-
-    Then it fills the pictures, is so many metres wide, and its albedo is a guess; the camera looks straight down.
-    `arguments` are of fits, `how` keyword arguments of `fitter.load`.
+    Else that of pictures, or light positions: `whole` has camera and ball, or a square sample, which gets the height of
+    the pictures. There are `count` exposures under each lamp, 0: as the files say. `arguments` are of fits, `how` of
+    `fitter.load`.
     """
     with progress.part(0.0, 0.3):
         path = Path(paths[0])
-        if path.is_dir() and parsing.descriptions_in(path):
-            path = parsing.descriptions_in(path)[0]
-        if len(paths) == 1 and path.suffix.lower() == ".toml":
+        if len(paths) == 1 and path.is_dir():
+            path = parsing.find_description(path)
+        suffix = path.suffix.lower() if len(paths) == 1 else ""
+        if suffix == ".toml" or (suffix == light_positions.SUFFIX and "ball" in whole):
             setup = parsing.read(path)
-            setup.need_sample()
         else:
-            setup = _fill_pictures(paths, path, width, count)
-        found = resolve(setup)
+            setup = _describe_pictures(paths, path, whole, count, suffix in LIGHT_POSITIONS)
+        if "ball" in whole:
+            setup.need_ball()
+        else:
+            setup.need_sample()
+        scene = resolve(setup)
     with progress.part(0.3, 1.0):
-        named = found.setup.materials
-        return found, _fit_materials(named, arguments, how) if isinstance(named, tuple) else []
+        named = setup.materials
+        return scene, _fit_materials(named, arguments, how) if isinstance(named, tuple) else []
 
 
-def _fill_pictures(paths: Sequence[str], path: Path, width: float, count: int) -> CaptureSetup:
-    """A description of a sample that fills the pictures, whose lamps light positions say, or nobody has placed yet."""
+def _describe_pictures(paths: Sequence[str], path: Path, whole: Description, count: int,
+                       by_positions: bool) -> CaptureSetup:
+    """A description of pictures whose lamps light positions say, or nobody has placed yet."""
     folder = path if path.is_dir() else path.parent
-    whole: Description = {"name": folder.absolute().name, "camera": {"position": "far"},
-                          "sample": {"width": width, "height": width}}
-    if len(paths) == 1 and path.suffix.lower() in LIGHT_POSITIONS:
-        setup = parsing.parse({**whole, "scale": {"albedo": GUESS}, "lamp": {"positions": path.name}}, path)
-        height, across = Pictures(setup).size
+    described = {"name": folder.absolute().name, "scale": {"albedo": GUESS}, **whole}
+    if by_positions:
+        setup = parsing.parse({**described, "lamp": {"positions": path.name}}, path)
     else:
         groups, first = _group_pictures(paths, count)
-        if first.field_of_view is not None or first.focal_length is not None:
-            whole["camera"] = _lens(first)
-        setup, (height, across) = _parse_pictures(groups, folder, whole), first.size
-    edge = np.array([[0, height], [across, height], [across, 0], [0, 0]], dtype=float)
-    return replace(setup, sample=replace(setup.need_sample(), height=width * height / across, corners=edge))
-
-
-def _parse_pictures(groups: list[list[str]], folder: Path, description: Description) -> CaptureSetup:
-    """A description of pictures whose lamps nobody has placed yet."""
-    shots = [{"files": group, "lamp": list(START)} for group in groups]
-    return parsing.parse({**description, "scale": {"albedo": GUESS}, "photograph": shots}, folder / "photographs")
+        if "ball" in whole or first.field_of_view is not None or first.focal_length is not None:
+            described["camera"] = {**(whole["camera"] if "ball" in whole else {}), **_lens(first)}
+        shots = [{"files": group, "lamp": list(START)} for group in groups]
+        setup = parsing.parse({**described, "photograph": shots}, folder / "photographs")
+    if setup.sample is None:
+        return setup
+    height, width = Pictures(setup).size
+    edge = np.array([[0, height], [width, height], [width, 0], [0, 0]], dtype=float)
+    return replace(setup, sample=replace(setup.sample, height=setup.sample.width * height / width, corners=edge))
 
 
 def _fit_materials(files: Sequence[Path], arguments: Arguments, how: Arguments) -> list[Outcome]:
@@ -168,7 +157,7 @@ def _group_pictures(paths: Sequence[str], count: int) -> tuple[list[list[str]], 
     """Pictures, or those in a folder, by their lamps, and what the first file says."""
     folder = Path(paths[0])
     if len(paths) == 1 and folder.is_dir():
-        paths = list(map(str, parsing.pictures_in(folder)))
+        paths = list(map(str, parsing.find_files(folder, *parsing.PICTURES)))
         if not paths:
             raise DatasetError(f"a folder without photographs ({', '.join(parsing.PICTURES)})", folder)
     paths = sorted(paths, key=lambda path: parsing.natural_order(Path(path).name))
@@ -176,10 +165,6 @@ def _group_pictures(paths: Sequence[str], count: int) -> tuple[list[list[str]], 
     for number, path in enumerate(paths):
         progress.report(number / len(paths), f"Looking at {Path(path).name}")
         abouts.append(read_picture_info(path))
-    sizes = dict.fromkeys(each.size for each in abouts)
-    if len(sizes) > 1:
-        raise DatasetError("photographs of several sizes found: " + ", ".join(
-            f"{width} x {height}" for height, width in sizes), Path(paths[0]).parent)
     count = count or _bracket([each.exposure for each in abouts])
     if len(paths) % count:
         raise DatasetError(f"{len(paths)} pictures found, expected a multiple of {count} exposures")
@@ -191,12 +176,10 @@ def _bracket(exposures: Sequence[float | None]) -> int:
     known = [each for each in exposures if each is not None]
     if len(known) < len(exposures):
         return 1
+    are_alike = partial(math.isclose, rel_tol=_ALIKE)
     for count in range(2, len(known) // 2 + 1):
-        repeats = len(known) % count == 0 and all(
-            math.isclose(each, known[number % count], rel_tol=_ALIKE) for number, each in enumerate(known))
-        first = sorted(known[:count])
-        differ = all(not math.isclose(a, b, rel_tol=_ALIKE) for a, b in pairwise(first))
-        if repeats and differ:
+        repeats = len(known) % count == 0 and all(map(are_alike, known, known[:count] * (len(known) // count)))
+        if repeats and not any(are_alike(a, b) for a, b in pairwise(sorted(known[:count]))):
             return count
     return 1
 
@@ -209,15 +192,19 @@ def _lens(said: PictureInfo) -> dict[str, float]:
     return {"focal_length": focal, "sensor_width": 2 * focal * half}
 
 
+def _parse(description: Description) -> CaptureSetup:
+    return parsing.parse(description, description["name"])
+
+
 @_names_of_panel()
-def find_places(description: Description, name: str) -> CaptureSetup:
-    """A description with the ball by its outline in the photographs, or the camera by the corners of a flat sample."""
+def find_places(description: Description) -> Scene:
+    """The scene with the ball by its outline in the photographs, or the camera by the corners of a flat sample."""
     ball = {"ball": {**description["ball"], "centre": "outline"}} if "ball" in description else {}
-    return resolve(parsing.parse({**description, **ball}, name)).setup
+    return resolve(_parse({**description, **ball}))
 
 
 @_names_of_panel()
-def lamps_by(description: Description, name: str, paths: Sequence[str], distance: float,
+def lamps_by(description: Description, paths: Sequence[str], distance: float,
              mask: str) -> list[list[float] | None]:
     """Where the lamp of each photograph of a description was, None where that is not said.
 
@@ -236,17 +223,17 @@ def lamps_by(description: Description, name: str, paths: Sequence[str], distance
         ordered = sorted(paths, key=lambda path: parsing.natural_order(Path(path).name))
         shots = [{**shot, "chrome": path, **away} for shot, path in zip(shots, ordered, strict=True)]
     told = {**description, "lamp": lamp, "photograph": shots, **({"chrome": {"mask": mask}} if mask else {})}
-    found = resolve(parsing.parse(told, name)).setup.photographs
-    places = {each.files: np.asarray(each.lamp).tolist() for each in found}
+    scene = resolve(_parse(told))
+    places = {each.files: lamp.tolist() for each, lamp in zip(scene.setup.photographs, scene.lamps, strict=True)}
     return [places.get(tuple(map(Path, shot["files"]))) for shot in shots]
 
 
 @_names_of_panel()
-def measure_ball(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> BallResult:
+def measure_ball(description: Description, path: str, arguments: Arguments, how: Arguments) -> BallResult:
     """Measure, and fit what was measured, as `measuring.measure_ball` and `tasks.outcome` do. The file of the samples
     is not written; `path` is where it will be."""
     with progress.part(0.0, 0.4, "Measuring"):
-        measured = measuring.measure_ball(parsing.parse(description, name))
+        measured = measuring.measure_ball(_parse(description))
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
         saved_samples.write(measured.samples, part)
@@ -256,26 +243,23 @@ def measure_ball(description: Description, name: str, path: str, arguments: Argu
         lines, doubts = report_ball(measured)
     first = measured.photographs[0]
     return BallResult(outcome._replace(measured=outcome.measured._replace(path=path)), content, first.centre,
-                      first.intensity, *_translate_report(lines, doubts))
+                      first.intensity, lines, doubts)
 
 
 @_names_of_panel()
-def measure_sample(description: Description, name: str, is_tile: bool, chosen: Sequence[EmbeddedFit],
-                   how: Arguments) -> tuple[SampleResult, CameraSetup]:
-    """Measure the flat sample of a scene's description, in the words of its panel, and where the camera was.
-
-    It is a mix of chosen materials, else of those that are found; `how` are keyword arguments of `fitter.load`. A tile
-    is `tiling.cut_tile`. Raises DatasetError, ValueError.
-    """
-    setup, space = parsing.parse(description, name), how["colours"]
+def measure_sample(description: Description, is_tile: bool, chosen: Sequence[EmbeddedFit],
+                   how: Arguments) -> SampleResult:
+    """Measure the flat sample of a scene's description: a mix of chosen materials, else of those that are found. `how`
+    are keyword arguments of `fitter.load`. Raises DatasetError, ValueError."""
+    space = how["colours"]
     with progress.part(0.0, 0.3, "Reading"):
-        sample = read_sample(setup)
+        sample = read_sample(_parse(description))
     photographs = [_convert_colours(each, space) for each in sample.photographs]
     fits = [tasks.kept_fit(each) for each in chosen]
     with progress.part(0.3, 0.75):
         maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or sample.number)
     with progress.part(0.75, 0.85, about="Checking: "):
-        report = map_files.report(maps, photographs, sample.albedo)
+        report = report_sample(maps, photographs, sample.albedo)
     told = *sample.notes, *sample.doubts, *report.lines
     if is_tile:
         with progress.part(0.85, 0.95):
@@ -287,15 +271,11 @@ def measure_sample(description: Description, name: str, is_tile: bool, chosen: S
     masks, brightness, most = map_files.layers(maps.weights)
     first, last = sample.corners[[0, 2], :2]
     return SampleResult(
-        sample.name, outcomes, [(map_files.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
+        sample.name, sample.view, outcomes,
+        [(map_files.png(each), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
         map_files.png(brightness), most, map_files.png(map_files.normal_map(maps)), is_tile,
         (maps.corners[[0, 2], :2] - first) / (last - first),
-        *_translate_report(told, (*sample.doubts, *report.doubts)),
-        {each.name: each.intensity for each in sample.photographs}), resolve(setup).setup.camera
-
-
-def _translate_report(lines: Sequence[str], doubts: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    return tuple(map(translate_keys, lines)), tuple(map(translate_keys, doubts))
+        told, (*sample.doubts, *report.doubts), {each.name: each.intensity for each in sample.photographs})
 
 
 def _convert_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:

@@ -14,7 +14,7 @@ _TOPICS = (*manual.operator_topics("manual#start-from-the-library", "use_publish
                                   "add_starter_library", "match_photograph"),
            *manual.setting_topics("manual#your-data-folder", "measuredshelf", "data_search"),
            *manual.setting_topics("manual#start-from-the-library", "measuredshelf", "*"))
-_slice = Registration(operators, panel, compiling, additions=(
+_slice = Registration(shelf, operators, panel, compiling, additions=(
     (manual.slice_topics, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (command.commands, starter.add_command),
     (main.start_buttons, panel.draw_button), (icons.sample_icons, shelf.sample_icon)))
 register, unregister = _slice.register, _slice.unregister

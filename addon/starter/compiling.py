@@ -77,17 +77,10 @@ def _compile_soon() -> None:
         bpy.app.timers.register(_tick, first_interval=_DELAY, persistent=True)
 
 
-classes = ()
-
-
-def register() -> None:
-    bpy.app.handlers.depsgraph_update_post.append(_on_change)
-    bpy.app.handlers.load_post.append(_on_load)
+handlers = {"depsgraph_update_post": _on_change, "load_post": _on_load}
 
 
 def unregister() -> None:
-    bpy.app.handlers.load_post.remove(_on_load)
-    bpy.app.handlers.depsgraph_update_post.remove(_on_change)
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     _failed.clear()

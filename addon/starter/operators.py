@@ -95,7 +95,6 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         return process.Calculation(partial(work.outcomes, self.name, load_arguments(choices), self._edit()))
 
     def _edit(self) -> Arguments:
-        """The keyword arguments of `fitter.edited` that were asked for."""
         edit: Arguments = {name: [*getattr(self, name)] for name in ("diffuse", "highlight")
                            if tuple(getattr(self, name)) != (1, 1, 1)}
         for sliders in edits.sliders:
@@ -221,14 +220,4 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
 
 classes = (MeasuredShelf, MEASUREDBRDF_OT_match_photograph, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_favourite,
            MEASUREDBRDF_OT_add_starter_library, MEASUREDBRDF_OT_translucent_material)
-
-
-def register() -> None:
-    shelf.register()
-    shelf.nearest.clear()
-    bpy.types.WindowManager.measured_brdf_shelf = PointerProperty(type=MeasuredShelf)
-
-
-def unregister() -> None:
-    del bpy.types.WindowManager.measured_brdf_shelf
-    shelf.unregister()
+pointers = ((bpy.types.WindowManager, "measured_brdf_shelf", PointerProperty(type=MeasuredShelf)),)

@@ -78,7 +78,6 @@ def _rows(context: bpy.types.Context, height: int) -> int:
 
 
 def draw_button(layout: bpy.types.UILayout) -> None:
-    """Draw the button that opens the library."""
     shelf.coming()
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
@@ -204,7 +203,6 @@ def _draw_row(layout: bpy.types.UILayout, materials: list[dict[str, Any]]) -> No
 
 
 def _icon(name: str) -> int:
-    """Blender's icon of a name."""
     return bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[name].value
 
 

@@ -17,8 +17,8 @@ from ...fitter.formats import time_and_size
 from ...fitter.library.matching import Match
 from ...fitter.model import published
 from ..core import preferences
-from ..core.annotations import Arguments, not_none
-from ..work import icons, queue, tasks
+from ..core.annotations import Arguments, as_text, not_none
+from ..work import icons, queue
 from ..work.job import Job
 from ..work.recent import Recent
 from . import thumbnails
@@ -74,7 +74,6 @@ def toggle_favourite(name: str) -> bool:
 
 
 def tags() -> list[str]:
-    """The tags of the materials that are offered."""
     used = {tag for each in published.list_offered() for tag in each.tags}
     return [tag for tag in published.TAGS if tag in used]
 
@@ -85,7 +84,7 @@ def find_offered(search: str, tag: str) -> list[published.PublishedMaterial]:
     words = search.lower().split()
     found = [each for each in published.list_offered() if tag in (ALL, *each.tags)
              and all(word in f"{each.name} {each.label} {' '.join(each.tags)} {each.words}".lower() for word in words)]
-    return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
+    return sorted(found, key=lambda each: -each.brightness)
 
 
 def group_finishes(found: Sequence[published.PublishedMaterial]) -> list[list[published.PublishedMaterial]]:
@@ -118,7 +117,6 @@ def coming() -> set[str]:
 
 @cache
 def _disc() -> SingleArray:
-    """A grey disc, where a picture will be."""
     y, x = (np.indices((thumbnails.SIZE, thumbnails.SIZE)) + 0.5) / thumbnails.SIZE * 2 - 1
     shade = np.array([*[_PLACEHOLDER_GREY] * 3, 1], np.float32)
     return np.where((x ** 2 + y ** 2 < 1)[..., None], shade, np.float32(0))
@@ -143,7 +141,7 @@ def watch_folder(folder: str) -> Job[list[thumbnails.FolderEntry]]:
 
 def measurement_icon(measurement: thumbnails.FolderEntry, how: Arguments) -> tuple[int, Exception | None]:
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
-    key: icons.Key = ("watched", *measurement, tasks.freeze(how))
+    key: icons.Key = ("watched", *measurement, as_text(how))
     if key in _icons:
         return _icons.find(key), None
     if key in _failed:
@@ -203,6 +201,7 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     _icons.unregister()
+    nearest.clear()
     _failed.clear()
     _coming.clear()
     _undrawn.clear()

@@ -42,7 +42,6 @@ def folder() -> Path | None:
 
 
 def own_folder() -> Path:
-    """The user's folder for the library; it need not exist."""
     return shelf.user_folder("starter_library")
 
 
@@ -89,7 +88,6 @@ def build(out: Path, only_ready: bool = False) -> Generator[tuple[float, str], N
 
 
 def add_command(commands: Any) -> None:
-    """Add the command that writes the library to the parsers of all."""
     library = commands.add_parser("starter", help="write the starter library, an asset library of published fits")
     library.add_argument("-o", "--out", required=True, help="the folder to write")
     library.add_argument("--only-ready", action="store_true", help="only the materials whose fits have been made")
@@ -108,7 +106,6 @@ def _run_command(options: Any) -> int:
 
 
 def starter_choices(wanted: published.PublishedMaterial) -> Choices:
-    """The choices of a material with the fit of the library."""
     choices = default_choices(wanted.path)
     use_preset(choices, ready.PRESET)
     for level in FIT_LEVELS:

@@ -20,8 +20,8 @@ from ...fitter.imaging.pictures import lit_sphere, thumbnail
 from ...fitter.model import published
 from ...fitter.storage.files import replace_file
 from ..core import versions
-from ..core.annotations import Arguments
-from ..work import discovery, shared, tasks
+from ..core.annotations import Arguments, as_text
+from ..work import discovery, shared
 from ..work.recent import Recent
 
 SIZE = 128
@@ -48,7 +48,6 @@ class FolderEntry(NamedTuple):
 
     @property
     def has_picture(self) -> bool:
-        """Whether a thumbnail is made of it."""
         return not self.error and self.stamp[1] <= LARGEST_FITTED
 
 
@@ -106,11 +105,10 @@ def measurement_picture(found: FolderEntry, cache: str, how: Arguments) -> Singl
         samples = fitter.load(found.path, found.sample or None, **how)
         return lit_sphere(fitter.fit(samples, **_QUICK_FIT), SIZE, colours=samples.colours)
 
-    return _cached_picture(Path(cache), (*found, tasks.freeze(how), tasks.freeze(_QUICK_FIT)), draw)
+    return _cached_picture(Path(cache), (*found, as_text(how), as_text(_QUICK_FIT)), draw)
 
 
 def _cached_picture(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
-    """A picture from the disk, or drawn and put there."""
     name = hashlib.sha256(repr((versions.CURRENT, SIZE, *key)).encode()).hexdigest()[:24]
     path = folder / f"{name}.npy"
     with suppress(OSError, ValueError, EOFError):       # not there yet, or damaged

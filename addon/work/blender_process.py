@@ -34,11 +34,9 @@ class Report:
         self._folder = Path(folder)
 
     def progress(self, fraction: float, doing: str) -> None:
-        """Write the progress."""
         write_progress(self._folder / "progress", fraction, doing)
 
     def result(self, value: Any) -> None:
-        """Write the result."""
         with replace_file(self._folder / "result.json", "w") as stream:
             json.dump(value, stream)
 
@@ -78,13 +76,11 @@ class Command:
         self._arguments = arguments
 
     def start(self) -> Job[Any]:
-        """Begin in a second Blender."""
         job = Job[Any](None)
         job.worker = BlenderProcess(self._arguments)
         return job
 
     def run(self) -> Any:
-        """Wait for the result, or raise the error."""
         job = self.start()
         try:
             while not job.poll():

@@ -61,7 +61,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The arguments of every command."""
     parser = argparse.ArgumentParser(prog="measured_brdf", description="Make materials of measured reflectance.")
     parser.add_argument("--report-to", help=argparse.SUPPRESS)      # the folder of a `blender_process`
     parser.set_defaults(opens_files=False)
@@ -77,10 +76,8 @@ def get_report(options: argparse.Namespace) -> Report | None:
 
 
 def run_steps(steps: Generator[tuple[float, str], None, _Result], report: Report | None, total: int) -> _Result:
-    """Do work in steps, each of which tells (fraction, doing): the result.
-
-    The progress goes to the Blender that waits for it, else to the terminal, as a number of all `total`.
-    """
+    """The result of work in steps, each of which tells (fraction, doing): to the Blender that waits for it, else to the
+    terminal, as a number of all `total`."""
     while True:
         try:
             fraction, doing = next(steps)
@@ -94,8 +91,7 @@ def run_steps(steps: Generator[tuple[float, str], None, _Result], report: Report
 
 
 def answering(name: str, answer: Callable[[Path], None]) -> Callable[[Any], None]:
-    """What adds a command by which another Blender answers a request: `answer` takes the folder that holds it, and
-    writes the answer there."""
+    """What adds a command by which another Blender answers a request: `answer` takes the folder of both."""
     def run(options: argparse.Namespace) -> int:
         report = Report(options.report_to)
         with quiet(), progress.listen(report.progress):
@@ -112,8 +108,7 @@ def answering(name: str, answer: Callable[[Path], None]) -> Callable[[Any], None
 
 
 def summary(rows: Iterable[Row], out: str | Path, may_be_empty: bool = False) -> int:
-    """Print the result for each material: the exit code, 1 if one failed or there was none, `cli.BAD` if there are
-    doubts about one."""
+    """Print the result for each material: the exit code, 1 if one failed or there was none, `cli.BAD` if one is bad."""
     rows = sorted(rows)
     failed = sum(row.status.startswith("failed") for row in rows)
     for row in rows:

@@ -32,10 +32,8 @@ class Failure(NamedTuple):
 
 
 def files_in(paths: Iterable[str | Path], columns: str | None = None) -> list[Path]:
-    """The files and virtual paths given, and those in the folders given whose names have the extension of a format.
-
-    Of plain text and .bin, only what is recognised, as tables with these `columns` too: most of it is something else.
-    """
+    """The files and virtual paths given, and those in the folders given whose names have the extension of a format; of
+    plain text and .bin, only what is recognised, as tables with these `columns` too."""
     files: list[Path] = []
     for path in map(Path, paths):
         if parse_virtual_path(path) is not None or not path.is_dir():
@@ -95,10 +93,9 @@ def files_below(folder: str) -> Iterator["os.DirEntry[str]"]:
 
 
 def sources_in(paths: Iterable[str | Path], columns: str | None = None) -> tuple[list[Source], list[Failure]]:
-    """The measurements in files and folders, and those that could not be read.
+    """The measurements in files and folders, of tables with these `columns`, and those that could not be read.
 
-    A CURET file has one for each sample; red, green and blue files side by side are one. `columns` are of tables, as
-    `fitter.load` takes them.
+    A CURET file has one for each sample; red, green and blue files side by side are one.
     """
     files = files_in(paths, columns)
     sources: list[Source] = []

@@ -46,11 +46,9 @@ class Icons:
             self._ids[key] = preview.icon_id
 
     def register(self) -> None:
-        """Begin to keep icons."""
         self._previews = bpy.utils.previews.new()
 
     def unregister(self) -> None:
-        """Forget all icons."""
         self._ids.clear()
         if self._previews is not None:
             bpy.utils.previews.remove(self._previews)
@@ -64,9 +62,8 @@ register, unregister = _icons.register, _icons.unregister
 def icon(key: Key, function: Callable[[], Any], latest: bool = False) -> tuple[int, Job[Any]]:
     """The icon of a picture, which is drawn in the background when first asked for, and its job.
 
-    Until there is one, the icon is that of an earlier picture of this kind and subject, the first two parts of the key,
-    or 0. The function returns (size, size, 4) float32, or a tuple that begins with it. With `latest`, earlier pictures
-    of this kind and subject that wait to be drawn are not wanted any more.
+    Until then it is that of an earlier picture of this kind and subject, the first two parts of the key, or 0; with
+    `latest`, those that wait to be drawn are dropped. The function returns a picture, or a tuple that begins with it.
     """
     def make(done: Job[Any]) -> None:
         picture: Any = done.result

@@ -17,23 +17,12 @@ _SURE = 0.08                # of the work, done before it is said how long the r
 _SOON = 3                   # s; and since when it runs, before which nobody asks
 
 
-class AnyWorker(Protocol):
-    """Where a job runs: a `process.Worker`, or a `blender_process.BlenderProcess`."""
-
-    def poll(self, job: "Job[Any]") -> None: ...
-
-    def kill(self) -> None: ...
-
-
 @dataclass(eq=False)
 class Job(Generic[_Result]):
-    """A piece of work, its progress and its result.
-
-    The function and its result can be pickled, and it tells `fitter.progress` how far it is.
-    """
+    """A piece of work, which can be pickled and tells `fitter.progress` how far it is, its progress and its result."""
 
     function: Callable[[], _Result] | None      # None for a Blender process
-    worker: AnyWorker | None = None     # None until the job begins
+    worker: Any = None                  # the `process.ChildProcess` where it runs; None until it begins
     number: int = 0                     # of the job, for its `Worker`
     fraction: float = 0.0
     doing: str = "Starting"
@@ -44,10 +33,7 @@ class Job(Generic[_Result]):
     _began: float | None = None
 
     def time_left(self, now: float) -> str:
-        """How long the rest takes at the pace so far, for users; empty while too little is known of the pace.
-
-        `now` is of `time.monotonic`. The time counts from the first call: an operator calls it at every tick.
-        """
+        """How long the rest takes at the pace since the first call, in words; empty while too little is known."""
         if self._began is None:
             self._began = now
         elapsed = now - self._began
@@ -56,13 +42,11 @@ class Job(Generic[_Result]):
         return f"about {_time_words(elapsed * (1 - self.fraction) / self.fraction)} left"
 
     def poll(self) -> bool:
-        """Update progress and result: whether the job is finished."""
         if self.worker is not None and self.finished is None:
             self.worker.poll(self)
         return self.finished is not None
 
     def cancel(self) -> None:
-        """End the work, and its process."""
         if self.worker is not None and self.finished is None:
             self.worker.kill()
 
@@ -76,7 +60,6 @@ class Work(Protocol):
 
 
 def _time_words(seconds: float) -> str:
-    """A time, as roughly as it is known."""
     if seconds >= 90:
         return f"{round(seconds / 60)} min"
     step = 5 if seconds > 10 else 1
@@ -84,7 +67,6 @@ def _time_words(seconds: float) -> str:
 
 
 def read_progress(path: Path, job: Job[Any]) -> None:
-    """Update a job with the progress that its process wrote."""
     with contextlib.suppress(OSError, ValueError):      # not there yet
         fraction, job.doing = path.read_text("utf-8").split(" ", 1)
         job.fraction = float(fraction)

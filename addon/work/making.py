@@ -25,33 +25,27 @@ _Prepared = Sequence[tuple[str, str, Outcome | ValueError, compiler.Shader | Non
 
 
 class HasTarget:
-    """A mix-in for the operators that an import goes through, which tell one another what the material is for.
-
-    Objects are remembered by their `session_uid`: they may be gone when the work is done.
-    """
+    """A mix-in for the operators that an import goes through, which tell one another what the material is for."""
 
     target: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
     slot: IntProperty(default=targets.ACTIVE_SLOT, options={"HIDDEN", "SKIP_SAVE"})
     others: StringProperty(options={"HIDDEN", "SKIP_SAVE"})     # that are selected too, separated by spaces
 
     def remember_target(self, context: bpy.types.Context, event: bpy.types.Event | None = None) -> None:
-        """Remember the object under the mouse of an event, else the active one and all that are selected, unless the
-        caller has named one."""
+        """Unless the caller has named one, remember the object under the mouse, else the active and selected ones."""
         if not self.target:
             dropped_on = None if event is None else targets.find_under_mouse(context, event)
             (self.target, self.slot), *others = [dropped_on] if dropped_on else targets.list_selected(context)
             self.others = " ".join(str(each.item) for each in others)
 
     def all_targets(self) -> list[targets.Target]:
-        """All that have been remembered."""
         return [targets.Target(self.target, self.slot), *(targets.Target(int(uid)) for uid in self.others.split())]
 
 
 class MakesMaterials(HasTarget, InBackground):
-    """A mix-in for operators whose work returns `Outcomes`: each becomes a material.
+    """A mix-in for operators whose work returns `Outcomes`: each becomes a material, and the first is assigned.
 
-    The first is assigned to the targets. Files that failed are reported as warnings; if all of them failed, the first
-    is reported as an error.
+    Files that failed are reported as warnings; if all of them failed, the first is reported as an error.
     """
 
     def prepare(self, outcomes: Outcomes) -> Steps:
@@ -112,8 +106,9 @@ class FromFolder(properties.FitChoices, AsksForPath):
         draw_choices(layout, self, self.directory)
 
     def checked_folder(self) -> str:
-        """The path of the folder; an error if it has no files that may hold measurements. Folders in it that have some
-        are reported: they are passed over."""
+        """The folder, or an error if it has no files of measurements; folders in it that have some are reported."""
+        if not self.directory:
+            raise ValueError("no folder is named: the path is empty")
         folder = bpy.path.abspath(self.directory)
         if not Path(folder).is_dir():
             raise ValueError(f"{folder}: not a folder")
@@ -126,10 +121,7 @@ class FromFolder(properties.FitChoices, AsksForPath):
 
 
 def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
-    """Use the preset of the preferences if the caller gave no choices.
-
-    Choices that the operator was called with before are forgotten: they were for another file.
-    """
+    """Use the preset of the preferences if the caller gave no choices; those of earlier calls are forgotten."""
     chosen = _says_how_to_fit(operator)
     for name in properties.CHOICES:
         if not operator.properties.is_property_set(name):
@@ -150,7 +142,6 @@ def _says_how_to_fit(operator: Any) -> bool:
 
 
 def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_sample: bool = False) -> None:
-    """Draw how a file or a folder is read and fitted."""
     properties.draw_presets(layout, operator)
     if with_sample:
         layout.prop(operator, "sample")
@@ -166,7 +157,6 @@ def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_samp
 
 
 def report_questions(operator: bpy.types.Operator, outcomes: Iterable[Outcome]) -> None:
-    """Report what is to be asked about measurements as warnings."""
     for outcome in outcomes:
         for question in outcome.questions:
             operator.report({"WARNING"}, question)

@@ -1,10 +1,7 @@
 """Operators that work in another process while the window stays responsive: with a progress bar, and Esc to cancel.
 
-One works at a time; those that are started meanwhile wait for it, in their order.
-
-Meanwhile users may undo, open another file, or delete anything. So no reference to Blender's data is kept between two
-timer events: an operator remembers the `session_uid` of its target, and looks it up in the one step that applies the
-result.
+One works at a time; those that are started meanwhile wait for it, in their order. Users may undo, open another file, or
+delete anything. So between two timer events no reference to Blender's data is kept, but the `session_uid` of a target.
 """
 
 import time
@@ -80,8 +77,10 @@ class InBackground(OperatorMixIn):
             work = self.work(context)
             if running is None and not waiting:
                 self._begin(work)
-            else:
-                self._wait(work)
+            else:               # begin when all that was started before has ended
+                self._work, self._job, self._steps = work, None, None
+                waiting.append(work)
+                self.report({"INFO"}, "Queued: it begins when what is running has ended")
         except Exception as error:
             return self._report_failure(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
@@ -122,12 +121,6 @@ class InBackground(OperatorMixIn):
         global running
         self._work, self._job, self._steps = work, None, None
         self._job = running = work.start()
-
-    def _wait(self, work: Work) -> None:
-        """Begin when all that was started before has ended."""
-        self._work, self._job, self._steps = work, None, None
-        waiting.append(work)
-        self.report({"INFO"}, "Queued: it begins when what is running has ended")
 
     def _modal_in_line(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Begin if it is this operator's turn. Esc is for what is running."""
@@ -263,13 +256,9 @@ def _on_load(_file: object) -> None:
     stop()
 
 
-classes = (MEASUREDBRDF_OT_cancel,)
-
-
-def register() -> None:
-    bpy.app.handlers.load_pre.append(_on_load)
-
-
 def unregister() -> None:
-    bpy.app.handlers.load_pre.remove(_on_load)
     _on_load(None)
+
+
+classes = (MEASUREDBRDF_OT_cancel,)
+handlers = {"load_pre": _on_load}

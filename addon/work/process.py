@@ -1,7 +1,4 @@
-"""Worker processes, so that Blender's window stays responsive.
-
-A worker is a process that does one `Job` at a time. Each has a name.
-"""
+"""Worker processes, so that Blender's window stays responsive: each has a name, and does one `Job` at a time."""
 
 import contextlib
 import os
@@ -42,11 +39,9 @@ class ChildProcess:
         self._input = cast(IO[bytes], self._process.stdin)
 
     def is_alive(self) -> bool:
-        """Whether the process runs."""
         return self._process.poll() is None
 
     def kill(self) -> None:
-        """End the process."""
         self._process.kill()
         self._input.close()
         self._process.wait()
@@ -67,7 +62,6 @@ class Worker(ChildProcess):
         self._count = 0
 
     def begin(self, job: Job[Any]) -> None:
-        """Give the process a job."""
         self._count += 1
         job.worker, job.number = self, self._count
         with contextlib.suppress(OSError):          # the process has died: `poll` will say so
@@ -102,13 +96,11 @@ class Calculation:
         self._function = function
 
     def start(self) -> Job[Any]:
-        """Begin in the operators' worker."""
         job = Job(self._function)
         worker("operator").begin(job)
         return job
 
     def run(self) -> Any:
-        """Call the function here and now."""
         return self._function()
 
 
@@ -120,10 +112,7 @@ def worker(name: str) -> Worker:
 
 
 def folder() -> str:
-    """The temporary folder of this Blender: for what workers have worked out, and for `temporary` ones.
-
-    It goes with Blender; if that is killed, the processes that it has started remove it.
-    """
+    """The temporary folder of this Blender, with which it goes; if that is killed, its processes remove it."""
     global _folder
     if _folder is None:
         # a worker may be writing into it; it removes what is left
@@ -132,12 +121,10 @@ def folder() -> str:
 
 
 def temporary() -> "tempfile.TemporaryDirectory[str]":
-    """A new folder in that of this Blender."""
     return tempfile.TemporaryDirectory(dir=folder())
 
 
 def unregister() -> None:
-    """End all workers."""
     global _folder
     for each in _workers.values():
         each.kill()

@@ -12,7 +12,7 @@ from ...fitter.colours import COLOURS, DEFAULT_COLOURS
 from ...fitter.imaging.packed_picture import unpack
 from ...fitter.methods import extrapolation
 from ...fitter.model import Reflectance
-from ..core.annotations import Arguments, not_none
+from ..core.annotations import Arguments, as_text, not_none
 from ..core.shading import material as materials
 from ..core.shading import mixing, node_group
 from ..core.storage import edits, paths
@@ -29,7 +29,7 @@ def data(material: bpy.types.Material) -> Job[Data]:
     settings = material.measured_brdf
     path = paths.absolute(material)
     how = load_arguments(settings)
-    return queue.ask(("data", path, settings.sample, tasks.freeze(how)),
+    return queue.ask(("data", path, settings.sample, as_text(how)),
                      partial(tasks.read, path, settings.sample, how=how), "read", max_age=_RECHECK)
 
 
@@ -39,29 +39,23 @@ def cost(measured: Data, arguments: Arguments) -> tuple[Job[Fitted], Job[float]]
 
 
 def fitting_job(measured: Data, arguments: Arguments) -> Job[Fitted]:
-    """The job that fits."""
     return queue.ask(_key("fit", measured, arguments), partial(tasks.fit_data, measured, arguments))
 
 
 def held_out(measured: Data, arguments: Arguments) -> Job[float]:
-    """The job that finds the RMSE at held-out samples."""
     return queue.ask(_key("held out", measured, arguments), partial(tasks.held_out, measured, arguments), "slow")
 
 
 def lit_sphere(about: Hashable, shown: Shown, edit: Arguments | None = None) -> tuple[int, Job[Any]]:
-    """The icon of the lit sphere of a fit as it is edited, and the job that draws it.
-
-    `about` says what earlier picture may stand for it until it is drawn.
-    """
-    key = "sphere", about, shown.digest, "" if edit is None else tasks.freeze(edit)
+    """The icon of the lit sphere of a fit as it is edited, or until then of one `about` the same; and its job."""
+    key = "sphere", about, shown.digest, "" if edit is None else as_text(edit)
     return icons.icon(key, partial(tasks.lit_sphere, shown, edit), latest=True)
 
 
 def polar_plot(about: Hashable, fits: tuple[tasks.Reaching, ...], data: Data | None, theta_i: float,
                phi_i: float = 0.0) -> tuple[int, Job[Any]]:
-    """The icon of the plot of a plane of incidence at an angle of incidence and an azimuth of the light (radians), and
-    the job that draws it: one fit or two, with the samples of the first if they are given. `about` is as in
-    `lit_sphere`."""
+    """The icon of the plot of a plane of incidence (radians), of one fit or two, with the samples of the first if they
+    are given, and its job."""
     theta_i, phi_i = round(theta_i, 3), round(phi_i, 3)
     digests = tuple((shown.digest, reaches) for shown, reaches in fits), None if data is None else data.digest
     return icons.icon(("polar", about, *digests, theta_i, phi_i),
@@ -69,27 +63,20 @@ def polar_plot(about: Hashable, fits: tuple[tasks.Reaching, ...], data: Data | N
 
 
 def turned_plane(about: Hashable, shown: Shown, theta_i: float) -> tuple[int, Job[Any]]:
-    """The icon of the plane of incidence, turned, at an angle of incidence (radians), and the job that draws it."""
+    """The icon of the plane of incidence, turned, at an angle of incidence (radians), and its job."""
     theta_i = round(theta_i, 3)
     return icons.icon(("turned", about, shown.digest, theta_i), partial(tasks.turned_plane, shown, theta_i))
 
 
 def fit_job(material: bpy.types.Material, masked: float | None = None) -> Job[Reflectance] | None:
-    """The job that reads the fit that a material keeps, or the mix of several; None where the material is not measured.
-
-    It needs no measurements, and fits nothing. The job fails with ValueError where a fit has been damaged. `masked` is
-    as `shown` takes it.
-    """
+    """The job that reads what `shown_fits` returns, or fails with ValueError where a fit has been damaged; or None."""
     stored = shown_fits(material, masked)
     return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.shown_reflectance, stored))
 
 
 def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
-    """The icon of the lit sphere of a measured material or of a mix, and the job that draws it from what it keeps.
-
-    Where the material is being adjusted, it is drawn as it will be. Until it is drawn, the icon is that of the small
-    picture in the material's settings, or of its previous fit.
-    """
+    """The icon of the lit sphere of a measured material or of a mix, as it will be where it is being adjusted; until it
+    is drawn, of its previous fit, or the small picture in the material's settings; and its job."""
     stored = cast(EmbeddedFit | KeptMix, shown_fits(material))
     as_it_is = isinstance(stored, KeptMix) or edits.is_as_wanted(material)
     icon, job = lit_sphere(material.session_uid, stored, None if as_it_is else edits.edit_arguments(material))
@@ -100,10 +87,7 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
 
 
 def shown_fits(material: bpy.types.Material, masked: float | None = None) -> EmbeddedFit | KeptMix | None:
-    """What a material keeps: its fit, or those that it mixes; None where there is none left.
-
-    Of a mix by a mask, `masked` is the share of the second material; None leaves it open.
-    """
+    """What a material keeps: its fit, or those that it mixes, by a mask with the share `masked`; None if none is."""
     return embedded_fit(material) or _kept_parts(materials.mix_node(material), masked)
 
 
@@ -126,8 +110,7 @@ def reaches(material: bpy.types.Material) -> tuple[extrapolation.MeasuredDomain,
 
 def samples_near_plane(material: bpy.types.Material, theta_i: float,
                        phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
-    """The job that finds the samples near a plane of incidence (radians), as `plane_plot.samples_near_plane` returns
-    them; None where the measurements are not at hand, or have not been read yet."""
+    """The job of `plane_plot.samples_near_plane`; None where the measurements are not at hand, or not read yet."""
     measured = data(material).result if material.measured_brdf.filepath else None
     if measured is None:
         return None
@@ -137,7 +120,6 @@ def samples_near_plane(material: bpy.types.Material, theta_i: float,
 
 
 def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
-    """The fit that a material keeps, as tasks take it; None where the material is not measured."""
     node = materials.group_node(material)
     if node is None:
         return None
@@ -147,4 +129,4 @@ def embedded_fit(material: bpy.types.Material) -> EmbeddedFit | None:
 
 
 def _key(kind: str, measured: Data, arguments: Arguments) -> tuple[str, str, str]:
-    return kind, measured.digest, tasks.freeze(arguments)
+    return kind, measured.digest, as_text(arguments)

@@ -1,7 +1,4 @@
-"""Questions of panels, which worker processes answer.
-
-Answers are cached by key. Missing ones are worked out in the order in which panels ask, for as long as they ask.
-"""
+"""Questions of panels, which worker processes answer in the order in which panels ask, for as long as they ask."""
 
 import time
 from collections.abc import Callable, Hashable
@@ -24,11 +21,9 @@ _drawn = 0.0                # when the panels were last redrawn
 
 
 class _Question(NamedTuple):
-    """A job without an answer, and what to call with it when it has one."""
-
     key: Hashable
     job: Job[Any]
-    then: _Then
+    then: _Then         # is called with it when it has one
 
 
 class _Lane:
@@ -40,7 +35,6 @@ class _Lane:
         self.running: _Question | None = None
 
     def pending(self) -> list[_Question]:
-        """All questions without an answer."""
         return [*self.queue, self.running] if self.running else self.queue
 
     def drop(self, question: _Question) -> None:
@@ -54,7 +48,6 @@ class _Lane:
             self.queue.remove(question)
 
     def drop_unwanted(self, now: float) -> None:
-        """Drop the questions that panels no longer ask."""
         for question in self.pending()[:]:
             if now - question.job.asked >= _UNWANTED:
                 self.drop(question)
@@ -109,7 +102,6 @@ def forget(is_unwanted: Callable[[Hashable], bool]) -> None:
 
 
 def redraw() -> None:
-    """Redraw the editors that show measured materials."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PROPERTIES":

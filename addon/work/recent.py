@@ -8,10 +8,8 @@ _Value = TypeVar("_Value")
 
 
 class Recent(dict[_Key, _Value]):
-    """At most `most` values, of which the one used longest ago goes first. `get` and `in` are no use of a value.
-
-    `forgotten` is called with the key of a value that went.
-    """
+    """At most `most` values; the one used longest ago goes first, and `forgotten` is called with its key. `get` and
+    `in` are no use."""
 
     def __init__(self, most: int, forgotten: Callable[[_Key], object] = lambda _key: None) -> None:
         super().__init__()

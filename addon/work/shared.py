@@ -1,22 +1,20 @@
 """What the worker processes of one Blender have worked out, so that none does again what another has done, or is doing.
 
-A result is a file in a folder that `process` makes, and that goes with it. Whoever works one out holds a lock; others
-wait for it, and tell its progress. The system takes the lock from a process that is killed. This module must not import
-bpy.
+A result is a file in a folder that `process` makes, and that goes with it. Whoever works one out holds its lock; others
+wait for it, and tell its progress. This module must not import bpy.
 """
 
 import contextlib
 import hashlib
 import os
 import pickle
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 from ...fitter import progress
-from ...fitter.storage.files import replace_file
+from ...fitter.storage.files import hold_lock, replace_file
 from .job import Job, read_progress, write_progress
 
 _Result = TypeVar("_Result")
@@ -49,13 +47,19 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
 @contextlib.contextmanager
 def _hold_result(path: Path) -> Iterator[None]:
     """Hold the lock of a result; tell the progress of the process that has it until then."""
-    with open(path.with_suffix(".lock"), "ab") as stream:
-        while not _try_to_lock(stream.fileno()):
-            other = Job[Any](None)
-            read_progress(_progress_path(path), other)
-            progress.report(other.fraction, other.doing)
-            time.sleep(_WAIT)
-        yield                   # closing the file unlocks it
+    with contextlib.ExitStack() as held:
+        while True:
+            try:
+                held.enter_context(hold_lock(path))
+                break
+            except BlockingIOError:
+                other = Job[Any](None)
+                read_progress(_progress_path(path), other)
+                progress.report(other.fraction, other.doing)
+                time.sleep(_WAIT)
+            except OSError:     # there is no lock to be had: two processes may do the same work
+                break
+        yield
 
 
 def _progress_path(path: Path) -> Path:
@@ -67,28 +71,3 @@ def forget_oldest(folder: Path, pattern: str, kept: int) -> None:
     with contextlib.suppress(OSError):      # another process may be at it, too
         for path in sorted(folder.glob(pattern), key=lambda each: each.stat().st_mtime_ns)[:-kept]:
             path.unlink(missing_ok=True)
-
-
-# Some file systems have no locks, and say so by another error than that a file is locked: there, two processes may do
-# the same work.
-if sys.platform == "win32":
-    import msvcrt
-
-    def _try_to_lock(file: int) -> bool:
-        os.lseek(file, 0, os.SEEK_SET)
-        with contextlib.suppress(OSError):
-            try:
-                msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
-            except PermissionError:
-                return False
-        return True
-else:
-    import fcntl
-
-    def _try_to_lock(file: int) -> bool:
-        with contextlib.suppress(OSError):
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                return False
-        return True

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from ...fitter.model.mix import Mix
 from ...fitter.quality import albedo, cross_validation, describe, physics, verdict
 from ...fitter.samples import distinct_channels
 from ..core import versions
-from ..core.annotations import Arguments
+from ..core.annotations import Arguments, as_text
 from ..core.storage.outcomes import Data, EmbeddedFit, FitRequest, Fitted, KeptMix, Measurement, Outcome, Shown, Surface
 from . import discovery, shared
 from .recent import Recent
@@ -47,10 +48,8 @@ _LEAST = 1e-12              # of the largest value: what is smaller is what roun
 _QUICK_SAMPLES = 5000       # samples of which one more fit takes a second at most
 _SMALL_FILE = 1 << 20       # bytes: smaller files are read anew whenever they are asked for
 _fits: Recent[tuple[str, str], Fitted] = Recent(_KEPT_FITS)
-_kept_fits: Recent[str, fitter.Fit] = Recent(_KEPT_FITS)
-# of the last samples: those of a large file, by what was asked and the file's stamp; their description; preparations
+# of the last samples: those of a large file, by what was asked and the file's stamp; preparations
 _loaded: Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measurement]] = Recent(1)
-_described: Recent[fitter.Samples, Data] = Recent(1)
 _preparations: Recent[tuple[str, str], Arguments] = Recent(1)
 
 
@@ -58,17 +57,17 @@ def read(path: str, sample: str | None, how: Arguments | None = None) -> Data:
     """Read and describe measurements; `how` are keyword arguments of `fitter.load`. Raises DatasetError."""
     progress.report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
-    if samples not in _described:
-        _described[samples] = Data(measured, describe.describe(samples))
-    return _described[samples]
+    return Data(measured, _describe(samples))
+
+
+@lru_cache(maxsize=1)
+def _describe(samples: fitter.Samples) -> describe.Description:
+    return describe.describe(samples)
 
 
 def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str) -> list[str]:
-    """The paths of files in a folder, or below it, that have the names of missing files; empty where there is none.
-
-    Of each missing file it is told how it was read, and the digest of its measurements: among files of one name, that
-    which has it is taken.
-    """
+    """The paths of files in a folder, or below it, that have the names of missing files, and among several the digest
+    of their measurements, as they were read; empty where there is none."""
     progress.report(0.0, "Searching")
     there: dict[str, list[str]] = {Path(path).name: [] for path, *_ in wanted}
     for entry in discovery.files_below(folder):
@@ -92,7 +91,7 @@ def _has_digest(path: str, sample: str, how: Arguments, key: str) -> bool:
 
 def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.Samples, Measurement]:
     """Read measurements; a large file only if it has changed since it was read last."""
-    asked = path, sample or "", freeze(how or {})
+    asked = path, sample or "", as_text(how or {})
     stamp = _stamp(path)
     if stamp is not None and (asked, stamp) in _loaded:
         return _loaded[asked, stamp]
@@ -122,9 +121,8 @@ def outcome(path: str, sample: str | None, arguments: Arguments,
             how: Arguments | None = None, edit: Arguments | None = None, ask: bool = False) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
-    `arguments` are of the fit, `how` keyword arguments of `fitter.load`, and `edit` of `fitter.edited`. Raises
-    ValueError, of which DatasetError is one, if the measurements or the arguments are invalid; where users can be
-    asked, ImplausibleError, if the measurements are those of no surface.
+    `arguments` are of `fitter.fit`, `how` of `fitter.load`, `edit` of `fitter.edited`. Raises ValueError if anything
+    is invalid; with `ask`, where users can be asked, ImplausibleError if no surface has such values.
     """
     progress.report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
@@ -147,7 +145,7 @@ def ready_outcome(made: Ready, path: str, how: Arguments | None = None) -> Outco
 
 def outcome_alone(made: fitter.Fit, space: str) -> Outcome:
     """What a material is made from, of a fit whose measurements are in no file; its errors are not known."""
-    measured = Measurement("", "", freeze({}), made.name, made.channels, space, "")
+    measured = Measurement("", "", as_text({}), made.name, made.channels, space, "")
     errors = fitter.ErrorMetrics(math.nan, math.nan, math.nan)
     return Outcome(measured, Fitted(made, errors, 0.0), verdict.Verdict(verdict.UNKNOWN, verdict.UNKNOWN, 0.0, 0.0),
                    _surface(made, space, {}))
@@ -155,8 +153,7 @@ def outcome_alone(made: fitter.Fit, space: str) -> Outcome:
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments,
              how: Arguments | None = None, ask: bool = False) -> list[tuple[str, str, Outcome | ValueError]]:
-    """Outcomes of several measurements, (path, sample) each, as `outcome` makes them; for those that failed, the error.
-    """
+    """Outcomes of several measurements, (path, sample) each, as of `outcome`; for those that failed, the error."""
     done: list[tuple[str, str, Outcome | ValueError]] = []
     for number, (path, sample) in enumerate(sources):
         about = f"{sample or Path(path).name}: " if len(sources) > 1 else ""
@@ -200,10 +197,8 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
-    """Identifies a saved fit: the name and digest of its measurements, its arguments, the file format, and the version
-    of the extension, whose methods may fit differently.
-    """
-    parts: tuple[Any, ...] = name, data_digest, freeze(arguments), fit_file.VERSION, versions.CURRENT
+    """Identifies a saved fit, also by the file format, and by the extension, whose versions may fit differently."""
+    parts: tuple[Any, ...] = name, data_digest, as_text(arguments), fit_file.VERSION, versions.CURRENT
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:24]
 
 
@@ -228,7 +223,6 @@ def rebake(fits: Sequence[EmbeddedFit]) -> list[Rebaked | ValueError]:
 
 def _finish(samples: fitter.Samples, measured: Measurement, fitting: Fitted, made: fitter.Fit,
             edit: Arguments) -> Outcome:
-    """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.judge(samples, fitting.fit, fitting.unseen),
                    _surface(made, measured.colours, edit), describe.open_questions(samples))
 
@@ -240,7 +234,6 @@ def edit_surface(kept: EmbeddedFit, edit: Arguments) -> Surface:
 
 
 def _surface(fit: fitter.Fit, space: str, edit: Arguments) -> Surface:
-    """What a material shows of a fit that `edit` has made."""
     with progress.part(0.0, 0.75, "Matching nodes"):
         nodes = node_mixtures(fit)
     progress.report(0.75, "Matching the viewport colour")
@@ -257,7 +250,7 @@ def _assemble_surface(made: Ready, space: str, edit: Arguments) -> Surface:
 
 def fit_once(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     """Fit samples with this digest, unless a worker has done it before. Raises ValueError."""
-    whole = key, freeze(arguments)
+    whole = key, as_text(arguments)
     if whole not in _fits:
         _fits[whole] = shared.once(f"fit {whole}", lambda: _fit_and_judge(samples, key, arguments))
     return _fits[whole]
@@ -276,13 +269,10 @@ def _fit_and_judge(samples: fitter.Samples, key: str, arguments: Arguments) -> F
 
 
 def _unseen_error(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
-    """`verdict.lightness_error` at samples that the fit had not seen, where that takes no longer than the fit; else
-    UNKNOWN.
-
-    Kriging predicts each sample from the others in passing; a fit that does not follow its samples does no better.
-    """
+    """`verdict.lightness_error` at unseen samples, where that takes no longer than the fit; else UNKNOWN."""
     if samples.subsurface is not None:          # computed, and known everywhere
         return verdict.UNKNOWN
+    # kriging predicts each sample from the others in passing; a fit that does not follow its samples does no better
     if "estimated" in prepared:
         columns = distinct_channels(samples)[1]
         left_out = prepared["estimated"].left_out
@@ -317,12 +307,10 @@ def fit(samples: fitter.Samples, arguments: Arguments, prepared: Arguments | Non
 
 
 def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
-    """A fit with its errors at the samples."""
     return Fitted(made, fitter.error_metrics(samples.values, made.evaluate(*samples.directions)), seconds)
 
 
 def fit_data(data: Data, arguments: Arguments) -> Fitted:
-    """As `fit_once`."""
     return fit_once(load_samples(data), data.digest, arguments)
 
 
@@ -343,11 +331,8 @@ def held_out(data: Data, arguments: Arguments) -> float:
 
 
 def lit_sphere(shown: Shown, edit: Arguments | None) -> SingleArray:
-    """A lit sphere, with the tangent of an anisotropic fit: (size, size, 4); of a mix by a mask, the half of each.
-
-    `edit` are keyword arguments of `fitter.edited`, by which a fit is changed first, or None. Raises ValueError if
-    there is no fit, or an argument is wrong.
-    """
+    """A lit sphere of a fit as it is edited, with the tangent of an anisotropic one: (size, size, 4); of a mix by a
+    mask the half of each. Raises ValueError if there is no fit, or an argument is wrong."""
     if isinstance(shown, KeptMix) and shown.share is None:
         return pictures.split(lit_sphere(shown.first, None), lit_sphere(shown.second, None))
     made = shown_reflectance(shown)
@@ -358,8 +343,7 @@ def lit_sphere(shown: Shown, edit: Arguments | None) -> SingleArray:
 
 def polar_plot(fits: Sequence[Reaching], data: Data | None, theta_i: float,
                phi_i: float = 0.0) -> tuple[SingleArray, float]:
-    """The plot of a plane of incidence of one fit or of two, and the angle of incidence of the samples in it (radians),
-    nan without measurements. Raises ValueError if there is no fit."""
+    """As `plane_plot.polar_plot`, of one fit or two. Raises ValueError if there is no fit."""
     progress.report(0.0, "Drawing")
     plotted = [plane_plot.Plotted(shown_reflectance(shown), shown.colours, reaches) for shown, reaches in fits]
     return plane_plot.polar_plot(plotted, None if data is None else load_samples(data), theta_i, phi_i=phi_i)
@@ -377,16 +361,13 @@ def normal_albedo(kept: EmbeddedFit | KeptMix) -> FloatArray:
 
 
 def samples_near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
-    """As `plane_plot.samples_near_plane`."""
     return plane_plot.samples_near_plane(load_samples(data), theta_i, phi_i)
 
 
+@lru_cache(maxsize=_KEPT_FITS)
 def kept_fit(kept: EmbeddedFit) -> fitter.Fit:
     """The fit of a material. Raises ValueError if there is none."""
-    key = kept.digest
-    if key not in _kept_fits:
-        _kept_fits[key] = replace(fitter.Fit.from_bytes(kept.fit), name=kept.name)
-    return _kept_fits[key]
+    return replace(fitter.Fit.from_bytes(kept.fit), name=kept.name)
 
 
 def kept_bytes(fit: fitter.Fit) -> bytes:
@@ -428,8 +409,3 @@ def digest(samples: fitter.Samples) -> str:
             content.update(np.ldexp(mantissa, _BITS).astype("<i4").tobytes())
             content.update(exponent.astype("<i2").tobytes())
     return content.hexdigest()[:32]
-
-
-def freeze(arguments: Arguments) -> str:
-    """Arguments as a cache key."""
-    return json.dumps(arguments, sort_keys=True)

@@ -1,9 +1,8 @@
 """The process that does long work: python -P worker.py PACKAGE ROOT FOLDER.
 
 Python threads that outlive a script crash Blender. So work goes to this process, which has the modules of the extension
-under the same names, but no bpy. It reads pickled pairs (number, function) from standard input, calls
-function(), and writes (result, exception) to FOLDER/number.done and the progress to FOLDER/number.progress. It
-ends at the end of its standard input: when Blender does, whatever ends that.
+under the same names, but no bpy. It reads pickled pairs (number, function) from standard input, writes (result,
+exception) to FOLDER/number.done and the progress to FOLDER/number.progress, and ends with its input, as Blender does.
 """
 
 import importlib
@@ -26,7 +25,6 @@ _ATTEMPTS, _REMOVAL_PAUSE = 20, 0.05  # to remove folders in which other process
 
 
 def serve(package: str, folder: Path) -> None:
-    """Do work until the input ends."""
     progress = importlib.import_module(f"{package}.fitter.progress")
     write_progress = importlib.import_module(f"{package}.addon.work.job").write_progress
     common = os.environ[importlib.import_module(f"{package}.addon.work.shared").WORKERS_FOLDER]

@@ -9,11 +9,10 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a proces
 
 from ..harness import running
 from . import materials
-from .bench import BENCH
+from .summary import BENCH
 
 
 def main():
-    """Judge the materials that the command names."""
     options = running.parser(BENCH, __doc__).parse_args()
     running.main(BENCH, *materials.at_hand(options.names), options)
 

@@ -1,18 +1,13 @@
 """The size and the errors of the presets and their rivals on one material.
 
-The presets are fitted to all samples, but those of the paper's method, which takes a minute for MERL's million, to
-PAPER_SAMPLES of them at random: brass's and white marble's errors at the samples differ by less than 1 % from those of
-fits to all. All are judged at all samples; and between them, at the directions of `harness.judging`, of which almost
-none is a sample, against the truth: the file's own function, or the net. Folds, as `held_out` has, would judge the
-presets at what they have not seen, but not the published models, which have seen all. The table's function between
-RGL's angles of incidence, some ten degrees apart, is its authors' interpolation.
+The presets are fitted to all samples and judged at all of them, and between them at the directions of `harness.judging`
+against the truth; those of the paper's method, which takes a minute for MERL's million, to PAPER_SAMPLES at random,
+which changes errors by less than 1 %. Folds, as `held_out` has, would not judge the published models, which have seen
+all.
 
-RGL's values may be negative, a fifth of chm_mint's, which no preset nor network follows: its cube roots have a floor of
-1.56. So there are errors at the samples "clipped" too, where negative ones count as 0, as in the authors' own reader;
-and between them, and in pictures, the truth is clipped.
-
-Rendered pictures are those of `sphere` under `sky.clear`. GGX, which searches from several starts, is fitted to
-GGX_SAMPLES of the samples at random, of those to 85 degrees: beyond them its lobe is bright in every metal, and a few
+RGL's values may be negative, a fifth of chm_mint's, which no preset nor network follows. So there are errors at the
+samples "clipped" too, where negative ones count as 0, as in the authors' own reader; and between them, and in pictures,
+the truth is clipped. GGX is fitted to samples to 85 degrees: beyond them its lobe is bright in every metal, and a few
 extrapolated samples would decide its width.
 """
 
@@ -24,6 +19,7 @@ import numpy as np
 import fitter
 from fitter.methods import prepare
 from fitter.samples import distinct_channels, subset
+from fitter.storage.files import replace_file
 
 from ..harness.judging import KINDS, are_judged, attempted, directions, errors
 from ..report.baselines import ggx
@@ -39,18 +35,17 @@ TRUTH = "truth"
 _SEED = 2012
 
 
-def judge(material):
-    """Fit the presets and GGX to a material, and measure them and the published models.
+def pictures_of(record, out):
+    """The file of a material's pictures, of the truth and the models by name: (size, size, 3) float32, scene-linear."""
+    return out / f"{record['name']}.npz"
 
-    Returns
-    -------
-    record : dict
-        name, family; samples, channels (distinct ones); and models: for each bytes of all channels, seconds of
-        the fit in processor time, `ERRORS` and `RENDERED`, 1/sr, or to the power 1/3 where of cube roots; `_mae` is the
-        *mean* absolute difference. What is not known is None: all errors of a model that the samples are made of, and
-        of one that failed, which says why in "failed".
-    pictures : dict
-        Of the truth and the models: (size, size, 3) float32, scene-linear.
+
+def judge(material, out):
+    """Fit the presets and GGX to a material, measure them and the published models, and write pictures: the record.
+
+    name, family; samples, channels (distinct ones); and models: for each bytes of all channels, seconds of the fit in
+    processor time, `ERRORS` and `RENDERED`, 1/sr, or to the power 1/3 where of cube roots. What is not known is None:
+    all errors of a model that the samples are made of, and of one that failed, which says why in "failed".
     """
     opened = material.open()
     samples, truth, scene = opened.samples, opened.truth, sphere.scene()
@@ -76,8 +71,11 @@ def judge(material):
     models = {name: attempted(partial(measured, name, make), unknown)
               for name, make in _makers(samples, opened.rivals).items()}
     models |= {name: dict.fromkeys(unknown) | {"bytes": size, "seconds": 0.0} for name, size in opened.stored.items()}
-    return {"name": material.name, "family": material.family, "samples": len(samples),
-            "channels": len(distinct_channels(samples)[0].channels), "models": models}, pictures
+    record = {"name": material.name, "family": material.family, "samples": len(samples),
+              "channels": len(distinct_channels(samples)[0].channels), "models": models}
+    with replace_file(pictures_of(record, out), "wb") as stream:
+        np.savez_compressed(stream, **pictures)
+    return record
 
 
 def _makers(samples, rivals):
@@ -104,7 +102,6 @@ def _below(samples):
 
 
 def _thinned(samples, count):
-    """At most `count` of the samples, at random."""
     if len(samples) <= count:
         return samples
     kept = np.random.default_rng(_SEED).choice(len(samples), count, replace=False)

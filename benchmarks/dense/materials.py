@@ -1,14 +1,13 @@
 """The dense measurements: RGL's files, and materials of MERL made of the nets that stand for the real ones.
 
-RGL's samples are the nodes of a file's table, and its truth is the file's own function between them (`RglTable`). The
-neural fits published with them take the difference vector of one of the two directions, and the files are not quite
-reciprocal: the authors' plugin gives the net the direction to the light where Mitsuba gives RGL's table that to the
-viewer. So is "Neural": up to 85 degrees its errors at the nodes are the smaller ones for all eight files
-(ilm_solo .24 by the cube root, and .65 the other way). "Neural, turned" is the other way, which is better at the
-authors' extrapolation to 90 degrees for some; what is said of the neural fit is of the better of both, error by error.
+RGL's truth is the file's own function between its nodes. The files are not quite reciprocal, and the neural fits
+published with them take the difference vector of one of the two directions: the authors' plugin gives the net the
+direction to the light where Mitsuba gives RGL's table that to the viewer. So is "Neural", which is better at the nodes
+of all eight files up to 85 degrees; "Neural, turned" is the other way, better at the extrapolation to 90 degrees for
+some.
 
-MERL's samples are the cells of a file written from a net, whose truth is the net. The net cannot be judged by itself:
-the published rival is the microfacet model of Low and others, which was fitted to the real files.
+MERL's samples are the cells of a file written from a net, which is the truth. The net cannot be judged by itself: the
+published rival is the microfacet model of Low and others, which was fitted to the real files.
 """
 
 from collections.abc import Callable
@@ -25,34 +24,17 @@ from support.checkout import measurements
 
 from ..harness.running import named
 from ..report.baselines import neural
-from ..report.rows import Model
+from ..report.methods import Model
 
 FAMILIES = ("RGL", "MERL")
 NEURAL, TURNED, MICROFACET, TABLE = "Neural", "Neural, turned", "Microfacet", "RGL table"
 RGL = ("aurora_white_rgb", "cc_green_malachite_rgb", "cc_ibiza_sunset_rgb", "chm_mint_rgb", "cm_military_green_rgb",
        "ilm_solo_m_68_rgb", "irid_flake_paint1_rgb", "vch_silk_blue_rgb")
-# from mirror-like to dull, and why
-MERL = {
-    "chrome": "metal, a mirror: a peak of 600 / sr over almost nothing",
-    "brass": "polished coloured metal",
-    "nickel": "metal with a highlight of some degrees",
-    "alum-bronze": "metal, a narrow peak with a long tail",
-    "black-oxidized-steel": "metal, dull and dark",
-    "red-metallic-paint": "coated paint, the sharpest highlight of the paints",
-    "blue-metallic-paint": "flakes without a coat: a broad coloured lobe",
-    "color-changing-paint1": "interference: the colour turns with the angle",
-    "white-paint": "bright, with a weak highlight of eight degrees",
-    "dark-red-paint": "matte paint of one channel",
-    "specular-black-phenolic": "plastic, a sharp highlight over black",
-    "gray-plastic": "plastic with a medium highlight",
-    "pvc": "plastic, dark with a soft gloss",
-    "violet-rubber": "without a highlight, coloured",
-    "red-fabric": "fabric that shines at grazing angles",
-    "dark-specular-fabric": "fabric, dark and shining",
-    "fruitwood-241": "varnished wood",
-    "cherry-235": "wood, darker",
-    "white-marble": "polished stone, bright below its highlight",
-    "black-obsidian": "polished stone, a highlight over nothing"}
+# from mirror-like to dull: metals, paints, plastics, rubber, fabrics, woods and stones
+MERL = ("chrome", "brass", "nickel", "alum-bronze", "black-oxidized-steel", "red-metallic-paint", "blue-metallic-paint",
+        "color-changing-paint1", "white-paint", "dark-red-paint", "specular-black-phenolic", "gray-plastic", "pvc",
+        "violet-rubber", "red-fabric", "dark-specular-fabric", "fruitwood-241", "cherry-235", "white-marble",
+        "black-obsidian")
 
 
 @dataclass(frozen=True)
@@ -107,11 +89,10 @@ def at_hand(names=()):
 
 
 def of_rgl(name):
-    """A file of RGL."""
     path = measurements() / "rgl" / f"{name}.bsdf"
     content = Path(path).read_bytes()
     net = neural.published(path.parent / "nbrdf_nets.npz", name)
-    return Opened(rgl.read(path, content), rgl.read_table(path, content), {NEURAL: Turned(net), TURNED: net},
+    return Opened(rgl.read(content), rgl.read_table(content), {NEURAL: Turned(net), TURNED: net},
                   {TABLE: len(content)})
 
 
@@ -119,4 +100,4 @@ def of_merl(name):
     """A material of MERL, as a file that is made of its net."""
     folder = measurements() / "merl"
     net = neural.published(folder / "nbrdf_nets.npz", name)
-    return Opened(read(f"{name}.binary", merl_files.of_model(net)), net, {MICROFACET: published.find(name).model})
+    return Opened(read(merl_files.of_model(net)), net, {MICROFACET: published.find(name).model})

@@ -6,18 +6,13 @@ from fitter.imaging.pictures import sphere, srgb
 
 from ..report.plots import pyplot, save
 from . import image_errors
-from .judging import TRUTH
+from .judging import TRUTH, pictures_of
 from .materials import MICROFACET, NEURAL
 
 NAME = "dense_spheres.png"
 SHOWN = ("aurora_white_rgb", "irid_flake_paint1_rgb", "chm_mint_rgb", "brass", "blue-metallic-paint", "white-marble")
 COLUMNS = (TRUTH, "Standard", "Draft", (NEURAL, MICROFACET), "Paper")
 _BACKGROUND, _INK = 0.16, "0.9"
-
-
-def pictures_of(record, out):
-    """The file of a material's pictures: by model, (size, size, 3) float32, scene-linear."""
-    return out / f"{record['name']}.npz"
 
 
 def draw(results, out):

@@ -1,14 +1,10 @@
 """Pictures of a sphere under the sky, by integration: of all models with the same directions and weights.
 
-The viewer is at infinity, (0, 0, 1), y is up. In each pixel the radiance is a sum over directions to the light ::
-
-    L = sum_k f(w_k) radiance(w_k) cos theta_i / p(w_k),    p = sum_s n_s p_s
-
-with n_s directions of each strategy s, and the balance heuristic of E. Veach, L. J. Guibas: Optimally Combining
-Sampling Techniques for Monte Carlo Rendering, SIGGRAPH 1995. The strategies are the sky's luminance, the cosine, and
-lobes about the mirror direction: half vectors by the GGX distribution of several widths. Their numbers are Fibonacci
-lattices, moved by random shifts from pixel to pixel. None of it depends on the material: noise is the same in all
-pictures, and what differs between them is the models'. Values below 0 count as 0.
+The viewer is at infinity, (0, 0, 1), y is up. Directions to the light are chosen by the sky's luminance, the cosine,
+and lobes about the mirror direction (half vectors by the GGX distribution of several widths), and weighted by the
+balance heuristic of E. Veach, L. J. Guibas: Optimally Combining Sampling Techniques for Monte Carlo Rendering, SIGGRAPH
+1995. Their numbers are Fibonacci lattices, moved by random shifts from pixel to pixel. Noise is the same in all
+pictures.
 """
 
 from dataclasses import dataclass

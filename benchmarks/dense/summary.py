@@ -6,8 +6,8 @@ from statistics import median
 from support.evidence import show as show_text
 from support.evidence import show_table
 
-from ..harness.running import ratio
-from . import judging
+from ..harness.running import Bench, ratio
+from . import judging, sheet
 from .materials import FAMILIES, MICROFACET, NEURAL, TURNED
 
 JUDGED_BY = {"samples_cube_root_rmse": "at the samples", "clipped_cube_root_rmse": "negative ones as 0",
@@ -61,3 +61,8 @@ def _median(records, name, key):
     found = [record["models"][name][key] for record in records
              if name in record["models"] and record["models"][name][key] is not None]
     return median(found) if found else None
+
+
+# here, and not in `__main__`, for worker processes import it
+BENCH = Bench("dense", "materials", judging.judge, "models", "samples_cube_root_rmse", show, sheet.draw,
+              ("support/merl_files.py", "benchmarks/dense"))

@@ -1,5 +1,1 @@
-"""What `held_out` and `dense` share.
-
-`judging` measures a model; `running` judges many things by several processes, continues an interrupted run, and makes
-a command of it. A `running.Bench` says what is judged.
-"""
+"""What `held_out` and `dense` share: `judging` measures a model, and `running` many things by several processes."""

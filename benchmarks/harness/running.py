@@ -34,8 +34,7 @@ class Bench:
 
     name: str                   # of its package and its folder in `build`
     things: str                 # of what it judges, in results.json: "sets"
-    judge: Callable             # of a thing and a folder: its record, with a name, and files beside
-    is_whole: Callable          # of a record and a folder: whether its files are there
+    judge: Callable             # of a thing and a folder: its record, with a name, once its files are there
     rows: str                   # the entry of a record that has a row for each model
     error: str                  # the error that is told of each row
     show: Callable              # of the results: prints the tables
@@ -44,7 +43,6 @@ class Bench:
 
 
 def parser(bench, description):
-    """The options of the command of a bench."""
     found = argparse.ArgumentParser(prog=f"python -m benchmarks.{bench.name}", description=description.splitlines()[0])
     found.add_argument(f"--{bench.things}", nargs="+", default=(), metavar="NAME", dest="names",
                        help="only those whose names contain one of these; all by default")
@@ -68,7 +66,7 @@ def main(bench, things, left_out, options):
     out.mkdir(parents=True, exist_ok=True)
     lines = out / "progress.jsonl"
     finished = {record["name"]: record for record in recorded(lines)
-                if options.resume and record["code"] == code and bench.is_whole(record, out)}
+                if options.resume and record["code"] == code}
     with replace_file(lines, "w") as stream:
         stream.writelines(json.dumps(record) + "\n" for record in finished.values())
     wanted = [each for each in things if each.name not in finished]
@@ -97,7 +95,6 @@ def main(bench, things, left_out, options):
 
 
 def named(things, names):
-    """Those whose names contain one of the names; all of them without names."""
     return [each for each in things if not names or any(name.lower() in each.name.lower() for name in names)]
 
 

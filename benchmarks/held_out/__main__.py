@@ -6,11 +6,10 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a proces
 
 from ..harness import running
 from . import sets
-from .bench import BENCH
+from .summary import BENCH
 
 
 def main():
-    """Judge the sets that the command names."""
     parser = running.parser(BENCH, __doc__)
     parser.add_argument("--half", choices=(*sets.HALVES, "all"), default="judged", help="default: %(default)s")
     options = parser.parse_args()

@@ -1,8 +1,7 @@
 """The errors of methods on one set: at samples held out, and where the truth is known, at directions all over.
 
-A set of up to `SMALL` samples is predicted in five folds, each from the other four. Of a larger set, one fold of the
-five is predicted, so that it stays affordable. All else, the errors against a truth, the bytes and the pictures, is of
-the fit that did not see the first fold: of four fifths of the samples.
+A set of up to `SMALL` samples is predicted in five folds, of a larger one the first of them. The errors against a
+truth, the bytes and the pictures are of the fit that did not see the first fold.
 """
 
 from functools import partial
@@ -14,23 +13,19 @@ from fitter.samples import distinct_channels, subset
 
 from ..harness.judging import KINDS, are_judged, attempted, directions, errors
 from ..report.methods import METHODS
+from . import pictures
 
 SMALL = 300                 # samples
 _KINDS = KINDS[:2]
 ERRORS = tuple(f"{place}_{kind}" for place in ("held_out", "truth") for kind in _KINDS)
 
 
-def judge(found):
-    """Fit all `METHODS` to a `JudgedSet`, and measure them.
+def judge(found, out):
+    """Fit all `METHODS` to a `JudgedSet`, measure them, and write the spheres of a telling one: the record.
 
-    Returns
-    -------
-    record : dict
-        name, family, half; samples, judged (how many were predicted), folds, channels (distinct ones), and methods:
-        for each its `ERRORS` (those of the truth None where there is none), bytes of all channels, and seconds of the
-        processor. A method that failed has None for its errors, and says why in "failed".
-    models : dict
-        The fit of each method, but of those that failed, to the samples without the first fold.
+    name, family, half; samples, judged (how many were predicted), folds, channels (distinct ones), and methods: for
+    each its `ERRORS` (those of the truth None where there is none), bytes of all channels, and seconds of the
+    processor. A method that failed has None for its errors, and says why in "failed".
     """
     samples, truth = found.open()
     parts = cross_validation.folds(len(samples))
@@ -47,11 +42,12 @@ def judge(found):
               "judged": sum(np.count_nonzero(judged[part]) for part in parts), "folds": len(parts),
               "channels": len(distinct_channels(samples)[0].channels),
               "methods": {name: attempted(partial(measured, name), (*ERRORS, "bytes")) for name in METHODS}}
-    return record, models
+    if found.name in pictures.TELLING:
+        pictures.write(found, models, out)
+    return record
 
 
 def _measure(samples, truth, parts, judged, make):
-    """The row of a method, and its model."""
     predicted = np.empty(samples.values.shape)
     first = None
     for part in parts:

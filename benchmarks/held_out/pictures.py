@@ -1,7 +1,6 @@
 """Spheres of a few telling sets: the truth, Standard and the rivals, with their errors at samples held out.
 
-Where there is no truth, the first sphere is of Standard fitted to all samples. All others are of the fits that have not
-seen the first fold. They are computed beside the errors, and kept in an .npz file for each set.
+Where there is no truth, the first sphere is of Standard fitted to all samples.
 """
 
 import re
@@ -10,12 +9,12 @@ import numpy as np
 
 from fitter.imaging.pictures import sphere
 from fitter.storage.files import replace_file
-from support.lamp_spheres import LAMPS, lamp_sphere, reflected_by_lamps
+from support.spheres import LAMPS, lamp_sphere, reflected_by_lamps
 
 from ..report.methods import METHODS
 from ..report.plots import pyplot, save
-from .summary import OWN
 
+OWN = "Standard"
 NAME = "held_out_spheres.png"
 _HEADLAMP = ((0.02, 0.0, 1.0), 0.5)         # a degree from the viewer, whom retro-reflection reaches
 TELLING = {"retro b, Cornell": (LAMPS[0], _HEADLAMP)} | dict.fromkeys((
@@ -28,7 +27,6 @@ _BACKGROUND, _INK = "0.16", "0.9"
 
 
 def path(out, name):
-    """The file of a set's spheres."""
     return out / f"{re.sub(r'[^a-z0-9]+', '_', name.lower()).strip('_')}.npz"
 
 
@@ -52,7 +50,6 @@ def exposed(reference, lights):
 
 
 def draw(results, out):
-    """Draw a row for each telling set among the results."""
     shown = [record for record in results["sets"] if record["name"] in TELLING]
     if not shown:
         return

@@ -1,17 +1,7 @@
 """The sets at hand, in two halves: constants of a method were chosen on the one, and are judged by the other.
 
-==========  ==================================  ====================================  ====================
-family      chosen                              judged                                measured
-==========  ==================================  ====================================  ====================
-CURET       odd numbers                         even numbers
-Cornell     krylon, RGB                         cayman; garnet, RGB
-RGL         the nets' names 1, 3, ...           names 2, 4, ...                       files; nets, alternately
-                                                                                      by two instruments
-MERL nets   every fifth of the names 1, 3, ...  every fifth of the names 2, 4, ...    alternately by the two
-synthetic   the materials a                     the materials b                       by all three instruments
-==========  ==================================  ====================================  ====================
-
-A material of RGL is in the same half as a file and as a net. A net is a truth, though not quite that of its name.
+Materials alternate between the halves; one of RGL is in the same half as a file and as a net. Nets are measured by two
+instruments in turn, synthetic materials by all three. A net is a truth, though not quite that of its name.
 """
 
 from collections.abc import Callable, Iterator

@@ -30,8 +30,7 @@ from fitter.formats import list_samples, load
 from fitter.storage.files import replace_file
 from support import checkout
 
-from . import comparison, figures, markdown, plots, tables, times
-from .rows import Results
+from . import figures, markdown, plots, tables
 
 LEVELS = range(8)
 BILEVEL = ((1, 6, 90), (3, 6, 90), (4, 6, 95), (4, 6, 99))
@@ -62,11 +61,12 @@ def write(paths, out):
     """
     samples = list(measured(paths))
     shown = featured(samples)
-    results: Results = {"machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
-                        "levels": list(LEVELS), "featured": [[of.name, of.source] for of in shown]}
+    results: tables.Results = {
+        "machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
+        "levels": list(LEVELS), "featured": [[of.name, of.source] for of in shown]}
     tasks = [partial(tables.errors, of, *((LEVELS, BILEVEL) if any(of is each for each in shown) else (_CLAIMED, ())))
              for of in samples]
-    tasks += [partial(comparison.compare, of) for of in samples]
+    tasks += [partial(tables.compare, of) for of in samples]
     rows = []
     with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:   # Blender's threads fork badly
         for found in pool.map(operator.call, tasks):
@@ -77,7 +77,7 @@ def write(paths, out):
         list(chain.from_iterable(found)) for found in (rows[:len(samples)], rows[len(samples):]))
     results["claims"] = tables.claims(results["errors"])
     results["storage"] = tables.storage(samples[0])
-    results["times"] = {"material": shown[0].name, "calls": times.CALLS, "rows": times.table(shown[0])}
+    results["times"] = {"material": shown[0].name, "calls": tables.CALLS, "rows": tables.times(shown[0])}
     out.mkdir(parents=True, exist_ok=True)
     plots.draw(results, out)
     results["renders"] = figures.undetectable(shown[min(3, len(shown) - 1)], out)
@@ -92,14 +92,12 @@ def write(paths, out):
 
 
 def at_hand():
-    """The files of CURET and Cornell that are there."""
     folder = checkout.measurements()
     paths = folder / "curet" / "abrdf.dat", *sorted((folder / "cornell").glob("*"))
     return [path for path in paths if path.is_file()]
 
 
 def main():
-    """Write the report, and print its tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.report", description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="*", metavar="FILE", help="measurements; all samples of a CURET file")
     parser.add_argument("--out", type=Path, default="build/report", help="folder to write, default: %(default)s")

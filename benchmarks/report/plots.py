@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .methods import BASELINES
-from .rows import Results, Row
+from .tables import Results, Row
 
 mpl.use("Agg")
 METRICS = ("rmse", "mae", "mre")

@@ -1,10 +1,9 @@
 """Coordinates of a pair of directions: the arguments of the functions that the lattices store.
 
-A coordinate system maps four angles to a point of the unit cube, and a point back to angles. Those of isotropic
-reflectance have three coordinates and two symmetries, which `lattice.dense` relies on: the function does not change
-under ``x_3 -> 1 - x_3``, nor under ``(x_1, x_2) -> (1 - x_1, 1 - x_2)``. The part of the cube with ``x_1 >= 1/2`` and
-``x_3 >= 1/2`` therefore represents all of it. Those of anisotropic reflectance have four coordinates, and one symmetry:
-``(x_3, x_4) -> (1 - x_3, 1 - x_4)``, which is the exchange of both directions.
+A system maps four angles to a point of the unit cube, and back; docs/fitting.md has the formulas. Those of isotropic
+reflectance have three coordinates and two symmetries, ``x_3 -> 1 - x_3`` and ``(x_1, x_2) -> (1 - x_1, 1 - x_2)``;
+those of anisotropic reflectance four and one, ``(x_3, x_4) -> (1 - x_3, 1 - x_4)``, the exchange of both directions.
+`lattice.dense` relies on them.
 """
 
 from typing import ClassVar, Protocol
@@ -23,10 +22,8 @@ ISOTROPIC_AXES = 3          # coordinates of a pair of directions that only turn
 class Coordinates(Protocol):
     """A coordinate system: a frozen dataclass, in a module of its own, whose fields are the system's parameters."""
 
-    name: ClassVar[str]
-    """The system's name in files and shaders."""
-    axes: ClassVar[tuple[str, ...]]
-    """The names of the coordinates; their number is the dimension of the lattices."""
+    name: ClassVar[str]                 # in files and shaders
+    axes: ClassVar[tuple[str, ...]]     # names of the coordinates; their number is the dimension of the lattices
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """Map directions to coordinates: angles broadcast to (...), radians, to (..., dimension) in [0, 1]."""

@@ -1,13 +1,10 @@
-"""Nusselt coordinates of a pair of directions that turns with nothing: four, for anisotropic reflectance.
-
-Kameya and Lewis (2002, section 3.2) project both directions orthogonally onto the surface. Without a turn about the
-normal the projections p_i = (x_i, y_i) and p_o = (x_o, y_o) are four coordinates. They are taken as ::
+"""Nusselt coordinates of a pair of directions that turns with nothing, for anisotropic reflectance, by projections p of
+both onto the surface (Kameya and Lewis 2002, section 3.2) ::
 
     mu = ((p_i + p_o) / 2, (p_i - p_o) / 2)
 
-so that exchanging the directions, which a reciprocal reflectance does not notice, is a reflection of the last two, of
-which a lattice stores one half. The cells are as fine as those of p_i and p_o themselves, and the pairs lie in a ball,
-so that fewer are never read.
+Exchanging the directions reflects the last two, of which a lattice stores one half. The cells are as fine as those of
+p_i and p_o themselves, and the pairs lie in a ball, so that fewer are never read.
 """
 
 from dataclasses import dataclass

@@ -1,20 +1,14 @@
 """Half and difference vectors of a pair of directions as four smooth coordinates, for anisotropic reflectance.
 
-The half vector h lies at the angle theta_h from the normal (S. Rusinkiewicz: A New Change of Variables for Efficient
-BRDF Representation, Eurographics Workshop on Rendering 1998). The difference vector d is the incident direction after
-the shortest turn that takes h to the normal, at the angle theta_d. With the projection r(theta) = sin theta / (1 +
-2 cos theta) of `half_difference`, which spreads grazing angles, both are points of the unit disk::
+The half vector h lies at theta_h from the normal; the difference vector d, the incident direction after the shortest
+turn that takes h to the normal, at theta_d. With the projection r of `half_difference`, and R, a turn into the axes of
+the reflectance ::
 
-    mu = (stretched(R r(h)), R r(d))
-
-in axes that are turned by `turn` about the normal (R), along those of the reflectance. Unlike an azimuth about h, the
-shortest turn has no seam above the horizon, and both vectors are smooth at retro-reflection and at mirror reflection.
-Exchanging the directions reflects d, and a lattice stores one half of it.
-
-The stretch gives the directions near the mirror's more room, as that of `stretch` does, and along each axis by its own
-factor, so that the highlight of a brushed metal is nearly round: with u = (k_x x, k_y y) ::
-
+    mu = (stretched(R r(h)), R r(d)),    u = (k_x x, k_y y),
     stretched(x, y) = u asinh(|u|) / |u| / asinh(max(k_x, k_y))
+
+Unlike an azimuth about h, the shortest turn has no seam above the horizon. Exchanging the directions reflects d, and a
+lattice stores one half of it. By stretches of their own for both axes the highlight of a brushed metal is nearly round.
 """
 
 from dataclasses import dataclass

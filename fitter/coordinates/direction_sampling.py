@@ -1,8 +1,8 @@
 """Directions between the nodes of a file that defines a function: where it is sampled besides.
 
-A third is spread evenly over both polar angles and the azimuth. The rest lies about the mirror direction, as many from
-a tenth to a fifth of a degree away as from ten degrees to twenty: a highlight is narrower than its grid is fine, and a
-fit invents what no sample says of it.
+A third is spread evenly over both polar angles and the azimuth. The rest lies about the mirror direction, evenly by the
+logarithm of the angle from it: a highlight is narrower than its grid is fine, and a fit invents what no sample says of
+it.
 """
 
 import numpy as np
@@ -19,9 +19,7 @@ _DIRECTIONS_SEED = 2018
 
 def sample_directions(count: int, isotropic: bool = True) -> Directions:
     """Directions at which a function is sampled, at most `count` of them: four (n,) arrays, radians, always the same.
-
-    Those of an isotropic material have phi_i = 0, and lie on one side of the plane of incidence.
-    """
+    Those of an isotropic material have phi_i = 0, and lie on one side of the plane of incidence."""
     # evenly over both polar angles and the azimuth
     random = np.random.default_rng(_DIRECTIONS_SEED)
     most = HORIZON - _LOWEST_ELEVATION

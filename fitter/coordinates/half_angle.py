@@ -1,21 +1,10 @@
-"""Half and difference angles (`rusinkiewicz`) with an axis for the half angle.
-
-The half vector lies at the angle theta_h from the normal; the difference vector, the incident direction in the frame of
-the half vector, at theta_d and the azimuth phi_d. The coordinates are ::
-
-    mu = (h, x, y),    h = asinh(k r) / asinh(k),    x = c d cos phi_d,    x^2 + y^2 = d^2,
-
-with r and d the projections sin theta / (1 + 2 cos theta) of theta_h and theta_d (`half_difference`), k the stretch,
-and ::
-
-    c = r^2 / (r^2 + delta^2)
+"""Half and difference angles (`rusinkiewicz`) with an axis for the half angle: mu = (h, x, y), as docs/fitting.md has
+it.
 
 A reflectance that depends on theta_h alone, a highlight with its tail, or rings of colour as an interference paint has
 them, is a function of one axis, so that a lattice needs few cells for it however narrow they are. Where the half vector
-is the normal phi_d has no value, and there x is 0: c makes mu^2 and h x, of which a function with the symmetries of the
-lattice is one, smooth there. Where both directions coincide (x, y) are 0, so that nothing is special about
-retro-reflection; a narrow peak there gets room by a stretch of (x, y) of its own, as `stretch` does it to half vectors.
-Exchanging the directions only changes the sign of x.
+is the normal phi_d has no value, and there c = r^2 / (r^2 + delta^2) makes x 0, so that mu^2 and h x, of which a
+function with the symmetries of the lattice is one, are smooth.
 """
 
 from dataclasses import dataclass
@@ -60,10 +49,7 @@ class HalfAngle:
         return (np.stack(np.broadcast_arrays(h, x, y), axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Map coordinates (..., 3) to directions, four (...) arrays, radians; theta_i is in the plane of azimuth 0.
-
-        Directions below the horizon are moved to it.
-        """
+        """Map coordinates (..., 3) to directions, (...) radians each, phi_i 0; those below the horizon move to it."""
         h, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         along, across = stretch.unstretch_half_vector(along, across, self.back_stretch)
         side = np.where(h < 0, -1.0, 1.0)

@@ -1,25 +1,14 @@
-"""Half and difference coordinates of a pair of directions, in a projection that spreads grazing angles.
+"""Half and difference coordinates of a pair of directions (docs/fitting.md): the half vector H and the difference
+vector D of their points in the unit disk, in the frame whose x axis is D.
 
-They follow the half angle and the difference angle of S. Rusinkiewicz: A New Change of Variables for Efficient BRDF
-Representation, Eurographics Workshop on Rendering 1998, with vectors in a disk in the place of angles.
-
-Each direction is projected to a point of the unit disk with the radius ``r(theta) = sin theta / (1 + 2 cos theta)``.
-Like the Nusselt projection sin theta it is smooth at the normal, but it gives more room to grazing angles, where
-measured reflectance changes fastest. The two points q_i and q_o have the half vector H = (q_i + q_o) / 2 and the
-difference vector D = (q_i - q_o) / 2, which are expressed in the frame whose x axis is D.
-
-At exact retro-reflection D is 0 and has no azimuth. The component of H along D is therefore computed with a length d
-in the place of |D|, which is at least a softening radius delta ::
+At exact retro-reflection D has no azimuth. The component of H along D is therefore computed with a length d that is at
+least a softening radius delta ::
 
     d^4 = delta^4 + (1 - delta^4) |D|^4,    mu = (d, x, y),    x = H.D / d,    y^2 = |H|^2 - x^2
 
-|D|^2, |H|^2 and H.D are smooth functions of both directions, and d is never 0. Hence d, x and y^2 are smooth too, and
-so is every smooth function of them that is even in y. Where |D| is much larger than delta, mu is close to
-(|D|, H_x, |H_y|), which is mu for delta = 0.
-
-A mirror lobe lies along the axis H = 0 at every angle of incidence, normal incidence is no special case, and exchanging
-the two directions only changes the sign of x. The image lies within the bounds of Nusselt coordinates, so that both
-systems use the same lattices. `stretch` may give the directions near the mirror's more room.
+|D|^2, |H|^2 and H.D are smooth functions of both directions, and d is never 0: d, x and y^2 are smooth too, and so is
+every smooth function of them that is even in y. A mirror lobe lies along the axis H = 0 at every angle of incidence,
+and exchanging the directions only changes the sign of x.
 """
 
 from dataclasses import dataclass
@@ -43,10 +32,7 @@ class HalfDifference:
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1].
-
-        The first and the third are at least 1/2.
-        """
+        """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1]."""
         q_i, q_o = (project(theta) * np.exp(1j * np.asarray(phi, dtype=float))
                     for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
         half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
@@ -61,10 +47,8 @@ class HalfDifference:
         return (np.stack([d, x, y], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Map coordinates (..., 3) to directions, four (...) arrays, radians, up to a turn and a mirror image.
-
-        Coordinates outside the image are moved to its rim: |H| is kept, |D| and H.D as far as possible.
-        """
+        """Map coordinates (..., 3) to directions, (...) radians each, up to a turn and a mirror image. Those outside
+        the image move to its rim: |H| is kept, |D| and H.D as far as possible."""
         d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         x, y = stretch.unstretch_half_vector(along, across, self.stretch)
         delta4 = self.softening ** 4

@@ -1,10 +1,6 @@
-"""Nusselt coordinates of a pair of directions (Kameya and Lewis 2002, section 3.2, equations 5 and 6).
-
-Two directions are projected orthogonally onto the surface and mapped affinely to the unit cube. The map is smooth,
-needs no inverse trigonometric functions, and has no seam in azimuth. The pair is first rotated about the normal until
-the incident direction is in the +x half plane: an isotropic material then needs three of the four coordinates. With
-bilateral symmetry, ``lambda_o >= 1/2`` suffices.
-"""
+"""Nusselt coordinates of a pair of directions (Kameya and Lewis 2002, section 3.2, equations 5 and 6): both are turned
+about the normal until the incident one is in the +x half plane, projected onto the surface, and mapped to the unit
+cube. The map is smooth and has no seam in azimuth. With bilateral symmetry, ``lambda_o >= 1/2`` suffices."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -22,27 +18,15 @@ class Nusselt:
     axes: ClassVar[tuple[str, ...]] = ("kappa_i", "kappa_o", "lambda_o")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Map directions, angles broadcast to (...), radians, to (..., 3) float64 (equations 5 and 6).
-
-        ``kappa_i`` is in [1/2, 1], ``kappa_o`` in [0, 1], and ``lambda_o`` in [1/2, 1], folded by bilateral symmetry.
-
-        Examples
-        --------
-        A mirror pair at 30 degrees: sin theta is 1/2 on opposite sides of the normal.
-
-        >>> Nusselt().encode(np.pi / 6, 0, np.pi / 6, np.pi).round(6).tolist()
-        [0.75, 0.25, 0.5]
-        """
+        """Map directions, angles broadcast to (...), radians, to (..., 3) float64, of which two are at least 1/2."""
         delta_phi = np.asarray(phi_o, dtype=float) - phi_i
         sin_i, sin_o = (np.sin(np.asarray(theta, dtype=float)) for theta in (theta_i, theta_o))
         mu = np.broadcast_arrays(sin_i, sin_o * np.cos(delta_phi), sin_o * np.abs(np.sin(delta_phi)))
         return (np.stack(mu, axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Map coordinates (..., 3) to directions, four (...) arrays, radians: phi_i is 0 and phi_o in [0, pi].
-
-        Raises ValueError if the coordinates lie outside the image of the hemispheres.
-        """
+        """Map coordinates (..., 3) to directions, (...) radians each: phi_i is 0 and phi_o in [0, pi]. Raises
+        ValueError if they lie outside the image of the hemispheres."""
         mu_i, mu_x, mu_y = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         radius = np.hypot(mu_x, mu_y)
         if (np.abs(mu_i) > 1 + 1e-9).any() or (radius > 1 + 1e-9).any():

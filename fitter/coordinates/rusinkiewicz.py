@@ -1,19 +1,9 @@
 """Half and difference angles of a pair of directions (S. Rusinkiewicz: A New Change of Variables for Efficient BRDF
-Representation, Eurographics Workshop on Rendering 1998), as three smooth coordinates.
+Representation, Eurographics Workshop on Rendering 1998), as three smooth coordinates (docs/fitting.md).
 
-The half vector lies at the angle theta_h from the normal; the difference vector, the incident direction in the frame of
-the half vector, at theta_d and the azimuth phi_d. The coordinates are ::
-
-    mu = (r(theta_d), x, y),    (x, y) = r(theta_h) (cos phi_d, |sin phi_d|)
-
-with the projection r(theta) = sin theta / (1 + 2 cos theta) of `half_difference`, which spreads grazing angles, and
-`stretch` applied to (x, y). A lobe of microfacets has one width in theta_h at every angle of incidence, so that a
-highlight that was measured at some incidences is predicted well at those between. Diffuse reflectance is smoother in
-`half_difference`.
-
-phi_d has no value where the directions coincide. With i and o their unit vectors, sin theta_d = |i - o| / 2 and
-sin theta_h cos phi_d = (o_z - i_z) / (2 sin theta_d); sin theta_d is replaced by a length s that is at least a
-softening radius delta ::
+A lobe of microfacets has one width in theta_h at every angle of incidence, so that a highlight that was measured at
+some is predicted well between. phi_d has no value where the directions coincide. With i and o their unit vectors, sin
+theta_d = |i - o| / 2 is replaced by a length s that is at least a softening radius delta ::
 
     s^4 = delta^4 + (1 - delta^4) sin^4 theta_d,    x = (o_z - i_z) / (2 s (1 + 2 cos theta_h)),
     y^2 = r^2(theta_h) - x^2
@@ -58,12 +48,9 @@ class Pair(NamedTuple):
 
 
 def half_to_directions(theta_h: ArrayLike, up: FloatArray, aside: FloatArray, cos_d: FloatArray) -> Directions:
-    """The directions that have a half vector at the azimuth 0 and a difference vector: (...) each, radians, polar
-    angles up to pi.
-
-    Of the half vector the angle from the normal is given, radians; of the difference vector sin theta_d cos phi_d,
-    toward the normal, sin theta_d sin phi_d, along the surface, and cos theta_d.
-    """
+    """The directions of a half vector at the azimuth 0, theta_h from the normal, and of a difference vector: (...)
+    each, radians, polar angles up to pi. Of the latter are given sin theta_d cos phi_d, toward the normal, sin theta_d
+    sin phi_d, along the surface, and cos theta_d."""
     sin_h, cos_h = np.sin(theta_h), np.cos(theta_h)
     angles: list[FloatArray] = []
     for sign in (1, -1):
@@ -105,10 +92,7 @@ class Rusinkiewicz:
         return (np.stack([d, *stretch.stretch_half_vector(x, y, self.stretch)], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Map coordinates (..., 3) to directions, four (...) arrays, radians; theta_i is in the plane of azimuth 0.
-
-        Directions below the horizon are moved to it.
-        """
+        """Map coordinates (..., 3) to directions, (...) radians each, phi_i 0; those below the horizon move to it."""
         d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         x, y = stretch.unstretch_half_vector(along, across, self.stretch)
         delta2 = self.softening ** 2

@@ -1,11 +1,6 @@
-"""A stretch of half vectors, which gives the directions near the mirror's more room.
-
-Both systems of half and difference coordinates have a half vector (x, y) in the unit disk, which is 0 at mirror
-reflection; `half_angle` has a difference vector, which is 0 at retro-reflection. Its length r becomes ``asinh(k r) /
-asinh(k)`` with the stretch k: near 0 it is magnified k / asinh(k) times, and far away it is nearly the logarithm of r.
-A highlight so takes as much of a lattice as its tail, and a kernel of one length is short across the highlight and long
-beyond it. The map is smooth, as asinh is odd.
-"""
+"""A stretch of half vectors (x, y) in the unit disk, and of difference vectors: their length r becomes ``asinh(k r) /
+asinh(k)``. Near 0, at mirror or at retro-reflection, it is magnified k / asinh(k) times, and far away it is nearly the
+logarithm of r: a highlight takes as much of a lattice as its tail. The map is smooth, as asinh is odd."""
 
 import numpy as np
 

@@ -1,13 +1,10 @@
-"""Baking a fit into OSL source: the shader of `osl/` with the fit's tables written into it.
-
-Arrays that a shader initialises and never writes become constants of the compiled shader. The result holds nothing but
-numbers and the project's own sources: no name or path from the data.
-"""
+"""Baking a fit into OSL source: the shader of `osl/` with the fit's tables, constants of the compiled shader as they
+are never written. It holds nothing but numbers and the project's own sources: no name or path from the data."""
 
 import math
 import re
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +26,7 @@ from .node_mixture import NodeMixture, cycles_mixture
 
 SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
-SHADER_VERSION = 11         # of the function that a baked shader computes
+SHADER_VERSION = 12         # of the function that a baked shader computes
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _SHADER_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _BLANK = re.compile(r"^[ \t]*\n", re.MULTILINE)
@@ -47,14 +44,13 @@ MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,0
 
 
 def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = None) -> str:
-    """OSL source that evaluates and renders a fit of one channel or three.
+    """OSL source that evaluates and renders a fit of one channel or three; the mixture is `cycles_mixture` of the fit,
+    if the caller has it.
 
-    The template is the shader to complete, `osl/measured_brdf.osl` by default. Its `#include "baked_constants.h"` and,
-    inside the shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
-    The mixture is that of the fit for Cycles, if the caller has it already.
-
-    Raises ValueError if the fit has another number of channels, is too large for the OSL compiler, or holds a number
-    that is not finite in single precision.
+    What is baked replaces `#include "baked_constants.h"` and, inside the shader, `#include "baked_tables.h"` of a
+    template, by default `osl/measured_brdf.osl`; other includes are files of `osl/`. Raises ValueError if the fit has
+    another number of channels, is too large for the OSL compiler, or holds a number that is not finite in single
+    precision.
     """
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
@@ -140,21 +136,19 @@ def _coordinates(fit: Fit) -> dict[str, Any]:
     """What `osl/coordinates.h` reads."""
     systems = {"HALF_DIFFERENCE": HalfDifference.name, "RUSINKIEWICZ": Rusinkiewicz.name, "HALF_ANGLE": HalfAngle.name,
                "ANISOTROPIC_RUSINKIEWICZ": AnisotropicRusinkiewicz.name, "ANISOTROPIC_NUSSELT": AnisotropicNusselt.name}
-    name = fit.coordinates.name
+    system: Any = fit.coordinates
+    name = system.name
     constants: dict[str, Any] = {constant: int(name == each) for constant, each in systems.items()}
-    constants["AXES"] = len(fit.coordinates.axes)
+    constants["AXES"] = len(system.axes)
     if name in (HalfDifference.name, Rusinkiewicz.name, HalfAngle.name):
-        system = cast(HalfDifference | Rusinkiewicz | HalfAngle, fit.coordinates)
         constants |= {"SOFTENING_2": f"{system.softening ** 2:.9g}", **_stretch("STRETCH", system.stretch)}
         if name == HalfAngle.name:
-            constants |= _stretch("BACK_STRETCH", cast(HalfAngle, system).back_stretch)
+            constants |= _stretch("BACK_STRETCH", system.back_stretch)
     elif name == AnisotropicRusinkiewicz.name:
-        turned = cast(AnisotropicRusinkiewicz, fit.coordinates)
-        largest = max(turned.along, turned.across)
-        constants |= {"STRETCH_ALONG": f"{turned.along:.9g}", "STRETCH_ACROSS": f"{turned.across:.9g}",
-                      "STRETCH_SCALE": f"{1 / np.arcsinh(largest):.9g}",
-                      "ROTATION_COSINE": f"{math.cos(turned.turn):.9g}",
-                      "ROTATION_SINE": f"{math.sin(turned.turn):.9g}"}
+        constants |= {"STRETCH_ALONG": f"{system.along:.9g}", "STRETCH_ACROSS": f"{system.across:.9g}",
+                      "STRETCH_SCALE": f"{1 / np.arcsinh(max(system.along, system.across)):.9g}",
+                      "ROTATION_COSINE": f"{math.cos(system.turn):.9g}",
+                      "ROTATION_SINE": f"{math.sin(system.turn):.9g}"}
     elif name not in (Nusselt.name, AnisotropicNusselt.name):
         raise ValueError(f"the shader has no {name} coordinates")
     return constants
@@ -215,12 +209,8 @@ def _value(numbers: FloatArray) -> str:
 
 
 def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """What `osl/mixture.h` reads: (constants, tables).
-
-    A row of the table holds, for each stop, roughness, tilt, anisotropy and the colours of each lobe, and those with
-    which it stays below the fit; then the shares of the sampled directions, their probability, the albedo of the
-    fit, that of what they carry, and its factor.
-    """
+    """What `osl/mixture.h` reads: (constants, tables). A row has, for each stop, the shape and both colours of each
+    lobe; then the rest of `Sampling`."""
     stops, lobes, phases, channels = mixture.colour.shape
     constants = {"CHANNELS": channels, "AZIMUTHAL_TERMS": phases, "POLAR_KNOTS": stops, "LOBES": lobes,
                  "EACH_LOBE(DO)": " ".join(f"DO({k}, {kind.upper()}_LOBE)" for k, kind in enumerate(mixture.kinds)),
@@ -238,11 +228,9 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
 
 
 def _flat_ramp() -> FloatArray:
-    """The ramp over c = cos^e of an angle that makes c ramp(c) flat from c = 1 down to the first knot: (KNOTS,).
-
-    It is piecewise linear, with knots at j / 7, and its mean between two knots, weighted by solid angle, is 1: from the
-    axis outward, knot[j] = 14 ln((j + 1) / j) - knot[j + 1]. At c = 0 it is 0.
-    """
+    """The ramp over c = cos^e of an angle that makes c ramp(c) flat from c = 1 down to the first knot: (KNOTS,). It is
+    piecewise linear, 0 at c = 0, and its mean between two knots j / 7, weighted by solid angle, is 1: from the axis
+    outward, knot[j] = 14 ln((j + 1) / j) - knot[j + 1]."""
     ramp = np.zeros(KNOTS)
     ramp[-1] = 1
     for j in range(KNOTS - 2, LOBE_EDGE_KNOT - 1, -1):

@@ -45,8 +45,7 @@ def difference(fit: Reflectance, inputs: Principled, factor: ArrayLike = 1.0) ->
 
 
 def _sphere_picture(model: Reflectance) -> FloatArray:
-    """What the sphere shows at the middles of `_SPHERE_PIXELS` by `_SPHERE_PIXELS` pixels, as far as they are within
-    it: (n, 3)."""
+    """What the sphere shows at the middles of the pixels within it: (n, 3)."""
     x, y = np.meshgrid(*(2 * [(2 * np.arange(_SPHERE_PIXELS) + 1) / _SPHERE_PIXELS - 1]))
     flat = np.stack([x, y], axis=-1)[x ** 2 + y ** 2 < 1]
     shown = studio.on_sphere(model, np.column_stack([flat, np.sqrt(1 - (flat ** 2).sum(axis=1))]))

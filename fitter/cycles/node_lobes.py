@@ -1,8 +1,8 @@
 """The lobes of Blender's closure nodes, as Cycles evaluates them.
 
-A lobe stands on a normal of its own, turned in the plane of the viewer: with n the surface's normal and wo the
-direction of the viewer, that of a tilt s is (1 - s) n + s wo, made a unit vector. So s = 0 leaves it alone, s = 1 makes
-a lobe that looks back, and a negative s turns it toward the horizon on the mirror side.
+A lobe stands on a normal of its own: with n the surface's normal and wo the direction of the viewer, that of a tilt s
+is (1 - s) n + s wo, made a unit vector. So s = 1 makes a lobe that looks back, and a negative s turns it toward the
+horizon on the mirror side.
 
 - *diffuse*: a Diffuse BSDF, the cosine over pi.
 - *GGX*, *Beckmann*: a Glossy BSDF of that distribution, with height-correlated masking and no Fresnel term (B. Walter
@@ -10,8 +10,8 @@ a lobe that looks back, and a negative s turns it toward the horizon on the mirr
   Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014). Its widths along the tangent and across it are
   alpha (1 - a) and alpha / (1 - a) for an anisotropy a that is not negative, and alpha / (1 + a) and alpha (1 + a)
   otherwise, at most 1; alpha is the square of the roughness.
-- *sheen*: a Sheen BSDF of M. Ashikhmin, S. Premoze, P. Shirley (A Microfacet-Based BRDF Generator, SIGGRAPH 2000). It
-  stands on the surface's normal.
+- *sheen*: a Sheen BSDF of M. Ashikhmin, S. Premoze, P. Shirley (A Microfacet-Based BRDF Generator, SIGGRAPH 2000), on
+  the surface's normal.
 """
 
 from collections.abc import Sequence
@@ -86,18 +86,7 @@ class Shape(NamedTuple):
 
 
 def evaluate(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
-    """Reflected radiance, the value of the closure with a white colour: (..., n), 0 below the horizon of the lobe.
-
-    Examples
-    --------
-    At normal incidence and reflection a GGX lobe is 1 / (4 pi alpha^2):
-
-    >>> up = np.array([[0.0, 0.0, 1.0]])
-    >>> pairs = Pairs.make(up, up[:, None], np.array([[1.0, 0.0, 0.0]]))
-    >>> flat = Shape(np.array([0.5]), np.array([0.0]), np.array([0.0]))
-    >>> round(float(evaluate("GGX", flat, pairs)[0, 0]), 6), round(1 / (4 * np.pi * 0.5 ** 4), 6)
-    (1.27324, 1.27324)
-    """
+    """Reflected radiance, the value of the closure with a white colour: (..., n), 0 below the horizon of the lobe."""
     if kind == "sheen":
         return _sheen(shape.roughness, pairs)[0]
     if kind == "diffuse":
@@ -149,12 +138,9 @@ def widths(shape: Shape) -> tuple[RealArray, RealArray]:
 
 
 def pdf(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
-    """The pdf, per solid angle of wi, with which the shader samples a lobe: (..., n).
-
-    Of a microfacet lobe, that of half vectors about its normal, as many as there are microfacets; those that face away
-    from the viewer reflect too, as if they were turned round. Of a diffuse lobe, the cosine; of sheen, all directions
-    above the horizon evenly.
-    """
+    """The pdf, per solid angle of wi, with which the shader samples a lobe: (..., n). Of a microfacet lobe, that of
+    half vectors about its normal, as many as there are microfacets (those that face away from the viewer reflect too);
+    of a diffuse lobe, the cosine; of sheen, an even one above the horizon."""
     if kind == "sheen":
         return np.full(pairs.wi.shape[:-1], 1 / (2 * np.pi))
     if kind == "diffuse":

@@ -1,15 +1,11 @@
-"""A fit as a sum of Blender's closures: what Cycles samples, with OSL and, as closure nodes, without; and EEVEE.
+"""A fit as a sum of Blender's closures: what Cycles samples, with OSL and, as closure nodes, without; and EEVEE. What
+the sum is, and what it is used for, is in docs/rendering.md.
 
-For each of some polar angles of the viewer the reflected radiance T = f cos theta_i is approximated by a diffuse lobe
-and some others (`node_lobes`), whose roughness, tilt, anisotropy and colour change with that angle. Nodes interpolate
-them linearly between the tabulated angles. The colours of an anisotropic fit change with the viewer's azimuth phi too,
-as A cos^2 phi + B sin^2 phi about the first principal axis.
-
-The lobes are what is left of many, whose shapes do not change with the angle, after those have been removed without
-which the error grows least (B. Hassibi, D. G. Stork: Second Order Derivatives for Network Pruning: Optimal Brain
-Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the
-absolute error in which the colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and
-Nonlinear Least Squares Problems Whose Variables Separate, 1973) and second differences from angle to angle are
+The lobes are what is left of many, whose shapes do not change with the viewer's angle, after those have been removed
+without which the error grows least (B. Hassibi, D. G. Stork: Second Order Derivatives for Network Pruning: Optimal
+Brain Surgeon, NIPS 1992); then the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for
+the absolute error in which the colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses
+and Nonlinear Least Squares Problems Whose Variables Separate, 1973) and second differences from angle to angle are
 penalised.
 """
 
@@ -87,11 +83,9 @@ EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False, False)
 
 
 class Sampling(NamedTuple):
-    """What the shader shows of a mixture where it is exact, and how it samples directions for what that leaves.
-
-    With their lower colours lobes hardly exceed the fit anywhere, so that what is left only adds. It is multiplied by
-    the balance where what is above the fit is not taken away: the albedo is then the fit's.
-    """
+    """What the shader shows of a mixture where it is exact, and how it samples directions for what that leaves. With
+    their lower colours lobes hardly exceed the fit, so that the residual only adds; times the balance it gives the
+    fit's albedo."""
 
     lower_colours: FloatArray               # (stops, lobes, phases, channels)
     selection_probabilities: FloatArray     # (stops, lobes + 1): of the pdf of each lobe and, the last, of none
@@ -102,11 +96,8 @@ class Sampling(NamedTuple):
 
 
 class NodeMixture(NamedTuple):
-    """A sum of closure nodes.
-
-    The first lobe is a diffuse one about the surface's normal. There are two phases where colours change with the
-    azimuth of the viewer, else one.
-    """
+    """A sum of closure nodes, the first a diffuse one about the surface's normal. There are two phases where colours
+    change with the azimuth of the viewer, else one."""
 
     kinds: tuple[Kind, ...]
     theta: FloatArray               # polar angles of the viewer, (stops,) radians, from 0
@@ -178,13 +169,7 @@ def _fit_mixture(views: OutgoingDirections, turn: float | None, engine: Engine) 
     few = slice(0, None, len(views.theta) // _CHOICE_VIEWS)
     chosen = _choose(views.select(few, _CHOICE), engine, turn is not None)
     kinds, shape = _shapes(chosen, views.theta[::2], engine)
-    found = _refine_mixture(views, turn, engine, kinds, shape)
-    return found._replace(sampling=_sampling(views, found)) if engine.sampled else found
-
-
-def _refine_mixture(views: OutgoingDirections, turn: float | None, engine: Engine, kinds: tuple[Kind, ...],
-                    shape: Shape) -> NodeMixture:
-    """The mixture of lobes of some kinds, from shapes to begin with."""
+    # their shapes and colours, at every other angle
     stops = views.select(slice(0, None, 2), slice(None))
     shape = _refine(stops.select(slice(None), _REFINEMENT), kinds, shape, engine)
     everywhere = _columns(views, kinds, Shape(*(_interpolate(stops.theta, views.theta, each) for each in shape)))
@@ -194,14 +179,14 @@ def _refine_mixture(views: OutgoingDirections, turn: float | None, engine: Engin
     found = views.reflected_light(radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _LEAST_DIVISOR)
     misplaced, shown = views.directional_error(radiance), views.theta <= LAST_SHOWN
-    return NodeMixture(kinds, stops.theta, shape, colour, turn, None,
-                       float(misplaced.mean()), float(misplaced[shown].max()),
-                       float(np.abs((found - views.albedo) / mean)[shown].max()))
+    mixture = NodeMixture(kinds, stops.theta, shape, colour, turn, None,
+                          float(misplaced.mean()), float(misplaced[shown].max()),
+                          float(np.abs((found - views.albedo) / mean)[shown].max()))
+    return mixture._replace(sampling=_sampling(views, mixture)) if engine.sampled else mixture
 
 
 def _sampling(every: OutgoingDirections, mixture: NodeMixture) -> Sampling:
-    """The selection probabilities and colours of lobes below the fit, and the residual, at the angles that nodes
-    tabulate."""
+    """How the shader samples a mixture, at the angles that nodes tabulate."""
     views, kinds, shape = every.select(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
     everywhere = _columns(every, kinds, Shape(*(_interpolate(mixture.theta, every.theta, each) for each in shape)))
     columns = everywhere[::2]
@@ -234,8 +219,7 @@ def _average_near_knots(values: FloatArray) -> FloatArray:
 
 
 def _fit_lower_colours(views: OutgoingDirections, columns: RealArray) -> FloatArray:
-    """The colours of lobes of the least absolute error, above the target `_OVERSHOOT_WEIGHT` times as much, by
-    reweighted least squares: (views, lobes, phases, channels)."""
+    """The colours, (views, lobes, phases, channels), of the least absolute error that counts more above the target."""
     lobes = _Lobes.make(views, columns)
     found = _solve(views, lobes, _absolute_error_weights(views, views.target_rows, _ERROR_FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :2]], axis=-1)
@@ -278,15 +262,13 @@ def _evaluate_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: 
 
 
 def _multiply_azimuthal_basis(views: OutgoingDirections, values: RealArray) -> RealArray:
-    """Values of lobes, (lobes, views, azimuths, n), times the phases of their colours, 0 below the horizon: (views,
-    lobes, phases, azimuths, n)."""
+    """Values of lobes times the phases of their colours: (views, lobes, phases, azimuths, n)."""
     phases = views.azimuthal_basis.astype(values.dtype).T[..., None] * (views.solid_angle > 0)[:, None]
     return np.asarray(np.swapaxes(values, 0, 1)[:, :, None] * phases[:, None])
 
 
 def _weighted_rows(views: OutgoingDirections, columns: RealArray, weight: float = 1.0) -> RealArray:
-    """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, columns, rows). The weight of a
-    white closure is 1, that of a derivative by its shape 0."""
+    """`OutgoingDirections.rows` of lobes whose closures have a weight: (views, lobes * phases, rows)."""
     weights = weight * views.azimuthal_basis.T.astype(columns.dtype)
     rows = views.rows(columns, np.broadcast_to(weights, columns.shape[:-1]))
     return np.asarray(rows.reshape(len(rows), -1, rows.shape[-1]))
@@ -301,8 +283,7 @@ def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
 
 def _absolute_error_weights(views: OutgoingDirections, left: RealArray, floor: float) -> RealArray:
     """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with those of
-    the albedo, as otherwise the best approximation of a peak beside the measured one would be none, and of the
-    closures' weights."""
+    the albedo: the best approximation of a peak beside the measured one would else be none; and of the weights."""
     azimuths = len(views.azimuthal_basis)
     weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
     weight += (floor * views.brightness / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
@@ -436,8 +417,7 @@ def _choose(views: OutgoingDirections, engine: Engine, turned: bool) -> list[_Lo
 
 
 def _error_growth(found: _Solution, weight: RealArray) -> FloatArray:
-    """By how much the weighted squared error grows without each column, as if the others' colours stayed positive:
-    (columns,)."""
+    """By how much the weighted squared error grows without each column, (columns,), the others staying positive."""
     colour = np.swapaxes(found.colour, 1, 2)
     used = colour > 0
     normal = np.where(used[..., :, None] & used[..., None, :], found.lobes.normal(weight), 0)
@@ -447,11 +427,8 @@ def _error_growth(found: _Solution, weight: RealArray) -> FloatArray:
 
 
 class _Variables:
-    """The shapes as numbers that the refinement changes: (stops, variables).
-
-    They are the logarithm of the roughness, the tilt, and minus the logarithm of 1 less the anisotropy's size, with
-    the anisotropy's sign; the first lobe has none.
-    """
+    """The shapes as numbers that the refinement changes, (stops, variables), of all lobes but the first: the logarithm
+    of the roughness, the tilt, and minus the logarithm of 1 less the anisotropy's size, with its sign."""
 
     def __init__(self, kinds: Sequence[Kind], theta: FloatArray, engine: Engine) -> None:
         numbers = range(1, len(kinds))
@@ -527,8 +504,7 @@ def _squared_error(weight: RealArray, found: _Solution) -> float:
 
 def _eliminate_colours(views: OutgoingDirections, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray,
                        found: _Solution, weight: RealArray) -> tuple[FloatArray, FloatArray]:
-    """The normal equations of the variables, after the colours have been eliminated: (views, variables, variables)
-    and (views, variables)."""
+    """The normal equations of the variables, (views, variables, variables) and (views, variables), alone."""
     columns = found.lobes.columns.shape[1]
     phases, lobes = views.azimuthal_basis.shape[1], [lobe for _, lobe in variables.places]
     # derivatives of the rows by each variable, beside the rows themselves
@@ -577,8 +553,7 @@ def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variabl
 
 
 def _albedo_scales(views: OutgoingDirections, stops: FloatArray, columns: RealArray, colour: FloatArray) -> FloatArray:
-    """Factors of the colours that give them the albedo of the fit, at the tabulated angles and between them:
-    (stops, 1, phases, channels)."""
+    """Factors of the colours, (stops, 1, phases, channels), that give them the albedo of the fit at all angles."""
     share = _interpolate(stops, views.theta, np.eye(len(stops)))                # (views, stops)
     white = np.einsum("van,vlpan->valp", views.solid_angle, columns)
     reflected = np.einsum("vs,valp,slpc->vaspc", share, white, colour, optimize=True)

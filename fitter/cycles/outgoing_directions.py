@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import FloatArray, RealArray, unit_vectors
 from ..model import Reflectance
-from . import direction_grid, half_vector_grid
+from . import direction_grid
 from .direction_grid import OUTGOING_COUNT, IncidentDirections
 from .node_lobes import Pairs
 
@@ -20,11 +20,8 @@ _DARK_VALUE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class OutgoingDirections:
-    """What is seen from polar angles of the viewer, each with azimuths: one of an isotropic fit.
-
-    An isotropic fit is seen from azimuth 0; directions of an anisotropic one are in the principal axes. All arrays of
-    directions are in single precision.
-    """
+    """What is seen from polar angles of the viewer, each with azimuths: of an isotropic fit only 0; of an anisotropic
+    one in the principal axes. Arrays of directions are in single precision."""
 
     theta: FloatArray               # (views,), radians
     azimuthal_basis: FloatArray     # (azimuths, 1 or 2): colours of a lobe times 1, or cos^2 and sin^2 of the azimuth
@@ -76,28 +73,24 @@ class OutgoingDirections:
         return OutgoingDirections(self.theta[views], self.azimuthal_basis, pairs, *chosen)
 
     def directional_error(self, radiance: RealArray) -> FloatArray:
-        """The L1 directional error of an approximation, (views, channels, azimuths, n): the share of light in wrong
-        directions, (views,)."""
+        """The share of light that (views, channels, azimuths, n) radiance has in wrong directions: (views,)."""
         difference = np.abs(self.target - radiance).sum(axis=1)
         return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.brightness)
 
 
 def tabulate_outgoing(fit: Reflectance, turn: float | None, stretch: float = 1.0) -> OutgoingDirections:
-    """The outgoing directions of a fit, and its values there.
-
-    `turn` is the azimuth of the first principal axis, radians, None for an isotropic fit; the stretch is that of
-    `half_vector_grid`. One direction lies between any two that nodes tabulate: every other one is tabulated.
-    """
+    """The outgoing directions of a fit, and its values there. `turn` is the azimuth of the first principal axis,
+    radians, None for an isotropic fit. Every other angle is one that nodes tabulate."""
     if turn is None:
         theta = direction_grid.outgoing_angles(OUTGOING_COUNT)
-        grids = [direction_grid.grid(angle) for angle in theta]
+        grids = [direction_grid.mirror_grid(angle) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays)[:, None] for arrays in zip(*grids, strict=True)))
         phi_o, phases = np.zeros((1,)), np.ones((1, 1))
     else:
         theta = direction_grid.outgoing_angles(_VIEW_POLAR)
         phi_o = np.arange(_VIEW_AZIMUTHS) * 2 * np.pi / _VIEW_AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
-        grids = [half_vector_grid.grid(unit_vectors(angle, phi_o), stretch) for angle in theta]
+        grids = [direction_grid.half_vector_grid(unit_vectors(angle, phi_o), stretch) for angle in theta]
         to = IncidentDirections(*(np.stack(arrays) for arrays in zip(*grids, strict=True)))
     wo = unit_vectors(theta[:, None], phi_o)
     above, turned = to.solid_angle > 0, turn or 0.0

@@ -23,12 +23,9 @@ class Principal(NamedTuple):
 
 
 def principal(fit: Reflectance) -> Principal:
-    """The principal axes of a reflectance.
-
-    They are those of the highlight seen from the normal: of the half vectors where the reflected radiance is above a
-    quarter of its largest value. Where that region is as long along both axes, as on a cloth of two threads, the axes
-    are those of its arms.
-    """
+    """The principal axes of a reflectance: of the highlight seen from the normal, the half vectors where the reflected
+    radiance is above a quarter of its largest value. Where that region is as long along both axes, as on a cloth of two
+    threads, they are those of its arms."""
     angle = _WIDEST_ANGLE * ((np.arange(_HIGHLIGHT_RINGS) + 0.5) / _HIGHLIGHT_RINGS) ** 2
     size = -np.diff(np.cos(_WIDEST_ANGLE * (np.arange(_HIGHLIGHT_RINGS + 1) / _HIGHLIGHT_RINGS) ** 2))
     turn = (np.arange(_HIGHLIGHT_SECTORS) + 0.5) / _HIGHLIGHT_SECTORS * 2 * np.pi

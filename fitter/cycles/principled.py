@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..least_squares import damped_step, levenberg_marquardt
 from ..model import Reflectance, is_isotropic
-from .principled_bsdf import SHEEN_ROUGHNESS, Angles, Principled, angles
+from ..model.microfacet import Geometry, geometry
+from .principled_bsdf import SHEEN_ROUGHNESS, Principled
 
 _GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))        # azimuths that are multiples of it are spread evenly
 _VIEWS, _HALF_ANGLES, _HALF_AZIMUTHS = 8, 14, 6  # viewing angles, half angles and azimuths of half vectors
@@ -60,7 +62,8 @@ class _DirectionPairs(NamedTuple):
 class _Target(NamedTuple):
     """What is fitted."""
 
-    angles: Angles
+    at: Geometry
+    toward: FloatArray          # as `Principled.evaluate_geometry` takes it
     cosine: FloatArray          # of the angle of the light, (n, 1)
     share: FloatArray           # as in `_DirectionPairs`
     root_weight: FloatArray     # of errors of reflected radiance and of albedo, (n + views, 1)
@@ -71,11 +74,8 @@ class _Target(NamedTuple):
 
 
 def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
-    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) float64, in 0 to 1.
-
-    1 / pi times the integral of f cos(theta_i) cos(theta_o) over both hemispheres, by the midpoint rule in sin^2 theta
-    and azimuth; negative values count as 0. Linear, in the colour space of the fit.
-    """
+    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) in 0 to 1, linear in the colours
+    of the fit. By the midpoint rule in sin^2 theta and azimuth; negative values count as 0."""
     sin2 = (np.arange(steps) + 0.5) / steps
     theta, azimuth = np.arcsin(np.sqrt(sin2)), (np.arange(steps) + 0.5) / steps * np.pi
     theta_i, theta_o, phi = (grid.ravel() for grid in np.meshgrid(theta, theta, azimuth, indexing="ij"))
@@ -87,25 +87,13 @@ def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
 
 
 def principled(fit: Reflectance) -> Principled:
-    """The Principled BSDF that is closest to a fit.
-
-    Least squares of the cube root of the reflected radiance, as eyes see it, and of the albedo for every view.
-    Directions are closer together around the mirror direction, because lamps make pictures bright there. It is a metal
-    where a highlight is most of what is reflected, and more than a dielectric's; it has sheen or a coat where the error
-    becomes clearly smaller by it.
-
-    Examples
-    --------
-    A Lambertian has its albedo as base colour, and nothing else:
-
-    >>> from ..methods import prior
-    >>> found = principled(prior.lambertian(np.array([[0.8 / np.pi]])))
-    >>> found.base_color.round(2).tolist(), found.metallic, found.sheen_weight, found.coat_weight
-    ([0.8, 0.8, 0.8], 0.0, 0.0, 0.0)
-    """
+    """The Principled BSDF that is closest to a fit: of least squares of the cube root of the reflected radiance, as
+    eyes see it, and of the albedo for every view, with more directions about the mirror's, where lamps make pictures
+    bright. It is a metal where a highlight is most of what is reflected, and more than a dielectric's; it has sheen or
+    a coat where the error becomes clearly smaller by it."""
     target = _target(fit)
     plain = _fit_plain(0.0, _DIELECTRIC_INPUTS, target)
-    best = _best_search([_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC_INPUTS, target)])
+    best = min(_add_sheen(plain, target), _add_coat(plain, _DIELECTRIC_INPUTS, target), key=attrgetter("error"))
     if target.metallic:
         metal = _add_coat(_fit_plain(1.0, _METAL_INPUTS, target), _METAL_INPUTS, target)
         best = metal if metal.error < _METAL_LOSS * best.error else best
@@ -146,7 +134,7 @@ def _points() -> _DirectionPairs:
 
 def _target(fit: Reflectance) -> _Target:
     points = _points()
-    at = angles(points.theta_i, 0 * points.phi, points.theta_o, points.phi)
+    at = geometry(points.theta_i, 0 * points.phi, points.theta_o, points.phi)
     if is_isotropic(fit):
         values = np.maximum(fit.evaluate(points.theta_i, 0 * points.phi, points.theta_o, points.phi), 0)
     else:
@@ -158,8 +146,9 @@ def _target(fit: Reflectance) -> _Target:
     cosine = at.cos_i[:, None]
     mean = max(float((points.share @ values).mean()) / np.pi, 1e-9)
     weight = np.concatenate([points.weight, np.full(_VIEWS, _ALBEDO_WEIGHT / _VIEWS)]) / 3
-    target = _Target(at, cosine, points.share, np.sqrt(weight)[:, None], (points.share @ values).mean(axis=0), mean,
-                    _looks_metallic(values, points), values)
+    albedo, toward = (points.share @ values).mean(axis=0), np.sin(points.theta_i) * np.cos(points.phi)
+    target = _Target(at, toward, cosine, points.share, np.sqrt(weight)[:, None], albedo, mean,
+                     _looks_metallic(values, points), values)
     return target._replace(perceptual=_perceptual_values(values, target))
 
 
@@ -179,7 +168,7 @@ def _perceptual_values(values: FloatArray, target: _Target) -> FloatArray:
 
 
 def _residuals(inputs: Principled, target: _Target) -> FloatArray:
-    return (_perceptual_values(inputs.evaluate_angles(target.angles), target) - target.perceptual).ravel()
+    return (_perceptual_values(inputs.evaluate_geometry(target.at, target.toward), target) - target.perceptual).ravel()
 
 
 def _error(inputs: Principled, target: _Target) -> float:
@@ -217,18 +206,15 @@ def _add_coat(plain: _Candidate, names: tuple[str, ...], target: _Target) -> _Ca
     return _clearly_closer(plain, _search_starts(starts, (*names, *_COAT), target))
 
 
-def _best_search(searches: list[_Candidate]) -> _Candidate:
-    return min(searches, key=lambda each: each.error)
-
-
 def _clearly_closer(plain: _Candidate, layered: _Candidate) -> _Candidate:
     return layered if layered.error < min(_LAYER_GAIN * plain.error, plain.error - _LEAST_GAIN) else plain
 
 
 def _search_starts(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Candidate:
     """The closest BSDF near several starts: a few steps from each, and more from where the best of them end."""
-    near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=lambda found: found.error)
-    return _best_search([_search(found.inputs, names, target, _DESCENT_STEPS) for found in near[:_SEARCHES]])
+    near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=attrgetter("error"))
+    return min((_search(found.inputs, names, target, _DESCENT_STEPS) for found in near[:_SEARCHES]),
+               key=attrgetter("error"))
 
 
 def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: int) -> _Candidate:

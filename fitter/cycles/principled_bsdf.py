@@ -2,23 +2,21 @@
 
 As Cycles of Blender 4 and 5 evaluates the node: a sheen (T. Zeltner, B. Burley, M. J.-Y. Chiang: Practical
 Multiple-Scattering Sheen Using Linearly Transformed Cosines, SIGGRAPH Talks 2022) over a coat over a metal mixed with a
-dielectric over a Lambertian. Coat, metal and dielectric are microfacets of T. S. Trowbridge, K. P. Reitz: Average
-Irregularity Representation of a Rough Surface for Ray Reflection, 1975, with the height-correlated masking of
-E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014; what metal and
-dielectric lose between microfacets is added in proportion (C. Kulla, A. Conty: Revisiting Physically Based Shading at
-Imageworks, SIGGRAPH Course 2017). Each layer lets through what the largest channel of its albedo leaves.
-
-Other inputs have the values of a new node; the index of refraction is 1.5.
+dielectric over a Lambertian. Coat, metal and dielectric are GGX; what metal and dielectric lose between microfacets is
+added in proportion (C. Kulla, A. Conty: Revisiting Physically Based Shading at Imageworks, SIGGRAPH Course 2017). Each
+layer lets through what the largest channel of its albedo leaves. Other inputs have the values of a new node; the index
+of refraction is 1.5.
 """
 
 import functools
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray, broadcast_directions
+from ..arrays import ArrayLike, FloatArray, broadcast_directions, unit_vectors
 from ..model import microfacet
+from ..model.ggx import ggx, reflect_at_visible_normals
+from ..model.microfacet import Geometry
 from ..optics.fresnel import fresnel, reflectance_to_index
 
 DIELECTRIC = 0.04           # reflectance at normal incidence of the index of refraction 1.5: a specular level of 0.5
@@ -55,31 +53,9 @@ _SHEEN_ALBEDO = np.array([
 SHEEN_ROUGHNESS = float(_SHEEN_ROUGHNESS[0]), float(_SHEEN_ROUGHNESS[-1])      # that the table covers
 
 
-class Angles(NamedTuple):
-    """What the BSDF depends on, each (n,) float64."""
-
-    cos_i: FloatArray
-    cos_o: FloatArray
-    cos2_h: FloatArray
-    """Squared cosine of the half angle."""
-    cos_d: FloatArray
-    """Cosine of the difference angle."""
-    toward: FloatArray
-    """The component of the direction of the light, along the surface, toward the viewer."""
-
-
 @dataclass(frozen=True)
 class Principled:
-    """Inputs of a Principled BSDF; colours are linear, in the colour space of what it was fitted to.
-
-    Examples
-    --------
-    Without a specular level, it is a Lambertian:
-
-    >>> white = Principled(np.full(3, 0.8), 0.5, 0.0, 0.0)
-    >>> (np.pi * white.evaluate(0.3, 0, 1.0, 2)).round(6).tolist()
-    [0.8, 0.8, 0.8]
-    """
+    """Inputs of a Principled BSDF; colours are linear, in the colour space of what it was fitted to."""
 
     base_color: FloatArray
     roughness: float
@@ -102,14 +78,16 @@ class Principled:
         Like Cycles' it is not reciprocal: layers are weighted by what they reflect to the viewer, direction o.
         """
         directions = broadcast_directions(theta_i, phi_i, theta_o, phi_o)
-        return self.evaluate_angles(angles(*(each.ravel() for each in directions))).reshape(*directions[0].shape, 3)
+        at = microfacet.geometry(*(each.ravel() for each in directions))
+        toward = np.sin(directions[0]) * np.cos(directions[1] - directions[3])
+        return self.evaluate_geometry(at, toward.ravel()).reshape(*directions[0].shape, 3)
 
-    def evaluate_angles(self, at: Angles) -> FloatArray:
-        """The BRDF, 1/sr: (n, 3) float64."""
+    def evaluate_geometry(self, at: Geometry, toward: FloatArray) -> FloatArray:
+        """The BRDF, 1/sr: (n, 3); `toward`, (n,), is the light's component along the surface, toward the viewer."""
         through = np.ones(len(at.cos_i))
         total = np.zeros((len(at.cos_i), 3))
         if self.sheen_weight:
-            value, albedo = _sheen(self.sheen_roughness, at)
+            value, albedo = _sheen(self.sheen_roughness, at, toward)
             total += value[:, None] * self.sheen_tint
             through = through * (1 - albedo * self.sheen_tint.max())
         if self.coat_weight > 0:
@@ -122,12 +100,12 @@ class Principled:
             total += (through * (1 - self.metallic))[:, None] * self._dielectric(at)
         return total
 
-    def _metal(self, at: Angles) -> FloatArray:
+    def _metal(self, at: Geometry) -> FloatArray:
         fresnel = self.base_color + (1 - self.base_color) * ((1 - at.cos_d) ** 5)[:, None]
         gain = _multiple_scattering_gain(self.roughness, at.cos_o, self.base_color + (1 - self.base_color) / 21)
         return _lobe(self.roughness, at)[:, None] * fresnel * gain
 
-    def _dielectric(self, at: Angles) -> FloatArray:
+    def _dielectric(self, at: Geometry) -> FloatArray:
         f0 = 2 * DIELECTRIC * self.specular_level
         whole, grazing, _ = _microfacet_albedo(self.roughness, at.cos_o)
         mean_fresnel = np.array([f0 + (1 - f0) / 21])
@@ -137,19 +115,8 @@ class Principled:
         return lobe[:, None] + left[:, None] * self.base_color / np.pi
 
 
-def angles(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> Angles:
-    """What the BSDF depends on: angles of (n,), radians."""
-    at = microfacet.geometry(theta_i, phi_i, theta_o, phi_o)
-    return Angles(at.cos_i, at.cos_o, 1 / (1 + at.tan2_h), at.cos_d,
-                  np.sin(theta_i) * np.cos(phi_i - phi_o))
-
-
-def _lobe(roughness: float, at: Angles) -> FloatArray:
-    """Microfacets that reflect all light, 1/sr: (n,)."""
-    a2 = max(roughness, 1e-2) ** 4
-    distribution = a2 / (np.pi * (at.cos2_h * (a2 - 1) + 1) ** 2)
-    return np.asarray(distribution * 0.5 / (at.cos_o * np.sqrt(a2 + (1 - a2) * at.cos_i ** 2)
-                                            + at.cos_i * np.sqrt(a2 + (1 - a2) * at.cos_o ** 2)))
+def _lobe(roughness: float, at: Geometry) -> FloatArray:
+    return ggx(at, max(roughness, 1e-2) ** 2)
 
 
 def _fresnel(cosine: FloatArray, f0: float) -> FloatArray:
@@ -177,35 +144,23 @@ def _microfacet_albedo(roughness: float, cos_o: FloatArray) -> tuple[FloatArray,
 
 @functools.cache
 def _microfacet_albedo_table() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Roughnesses (r,), cosines (c,), and the albedos of `_microfacet_albedo`, (r, c).
-
-    By E. Heitz: Sampling the GGX Distribution of Visible Normals, JCGT 7(4), 2018, at the points of a regular grid.
-    """
+    """Roughnesses (r,), cosines (c,), and the albedos of `_microfacet_albedo`, (r, c)."""
     rows, cosines = np.linspace(0, 1, 15), (np.arange(16) + 0.5) / 16
-    alpha, cos_o, u, v = np.meshgrid(np.maximum(rows, 0.05) ** 2, cosines, (np.arange(24) + 0.5) / 24,
-                                     (np.arange(24) + 0.5) / 24, indexing="ij")
-    sin_o = np.sqrt(1 - cos_o ** 2)
-    x, z = alpha * sin_o, cos_o
-    x, z = x / np.hypot(x, z), z / np.hypot(x, z)
-    across, along = np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v)
-    along = (1 - z) / 2 * np.sqrt(1 - across ** 2) + (1 + z) / 2 * along
-    up = np.sqrt(np.maximum(1 - across ** 2 - along ** 2, 0))
-    normal = np.stack([alpha * (-z * along + x * up), alpha * across, np.maximum(x * along + z * up, 1e-9)])
-    normal /= np.linalg.norm(normal, axis=0)
-    cos_d = normal[0] * sin_o + normal[2] * cos_o
-    cos_i = 2 * cos_d * normal[2] - cos_o
-    shadow = [np.sqrt(1 + alpha ** 2 * (1 / np.maximum(cosine, 1e-9) ** 2 - 1)) for cosine in (cos_o, cos_i)]
-    seen = np.where(cos_i > 0, (1 + shadow[0]) / (shadow[0] + shadow[1]), 0)
-    return rows, cosines, seen.mean(axis=(2, 3)), (seen * (1 - np.clip(cos_d, 0, 1)) ** 5).mean(axis=(2, 3))
+    found = []
+    for alpha in np.maximum(rows, 0.05) ** 2:
+        for view in unit_vectors(np.arccos(cosines), 0.0):
+            kept, cos_d = reflect_at_visible_normals(view, alpha, alpha, 24)
+            found.append((kept.sum(), (kept * (1 - np.clip(cos_d, 0, 1)) ** 5).sum()))
+    return rows, cosines, *np.array(found).T.reshape(2, len(rows), -1) / 24 ** 2
 
 
-def _sheen(roughness: float, at: Angles) -> tuple[FloatArray, FloatArray]:
+def _sheen(roughness: float, at: Geometry, toward: FloatArray) -> tuple[FloatArray, FloatArray]:
     """A white sheen, 1/sr, and its albedo: (n,) and (n,)."""
     k, t = _locate_row(roughness, _SHEEN_ROUGHNESS)
     a, b, albedo = (np.interp(at.cos_o, _SHEEN_COSINE, (1 - t) * table[k] + t * table[k + 1])
                     for table in (_SHEEN_A, _SHEEN_B, _SHEEN_ALBEDO))
     sin2 = 1 - at.cos_i ** 2
-    length2 = a ** 2 * sin2 + 2 * a * b * at.toward * at.cos_i + (1 + b ** 2) * at.cos_i ** 2
+    length2 = a ** 2 * sin2 + 2 * a * b * toward * at.cos_i + (1 + b ** 2) * at.cos_i ** 2
     return albedo / np.pi * (a / length2) ** 2, albedo
 
 

@@ -1,7 +1,4 @@
-"""The shares with which densities are best sampled.
-
-All arrays may have more axes in front, of views that are solved at once.
-"""
+"""Selection probabilities of densities. Arrays may have more axes in front, of views that are solved at once."""
 
 import numpy as np
 
@@ -12,12 +9,9 @@ _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
 def selection_probabilities(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> FloatArray:
-    """Selection probabilities of densities, (..., densities), of the least second moment, by fixed-point iteration.
-
-    It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, and keeps
-    the shares positive: of |R|, (..., n), at points of the hemisphere, p_k, (..., densities, n), per solid angle, and
-    solid angles, (..., n).
-    """
+    """Selection probabilities, all positive, of densities p_k, (..., densities, n) per solid angle, of the least second
+    moment under an even light, the integral of R^2 / sum_k s_k p_k, by fixed-point iteration: of |R|, (..., n), at
+    points of the hemisphere of solid angles (..., n)."""
     squared = magnitude ** 2 * solid_angle
     found = np.full(density.shape[:-1], 1 / density.shape[-2])
     for _ in range(_SELECTION_ITERATIONS):

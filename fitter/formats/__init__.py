@@ -39,7 +39,7 @@ from . import (
 from .format import Format
 from .gamut import convert_samples
 from .reading import OPTIONS, Reading, check_choice
-from .text import is_plain, parse_number, plain_text, read_bytes
+from .text import is_plain, name_file, parse_number, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
@@ -102,27 +102,29 @@ def load(path: str | Path, sample: str | int | None = None, *, colours: str = DE
     known, content = _recognise(path, reading.columns)
     chosen: dict[str, Any] = {"reading": reading} if known.options else {}
     with _raise_dataset_errors(path):
-        number = _choose_sample(path, sample, _list_samples(path, known, content))
+        number = _choose_sample(path, sample, _list_samples(known, content))
         if number is not None:
             chosen["sample"] = number
-        samples = known.read(path, content, **chosen)
-    _check_content(samples, path)
+        if known.list_parts is not None:
+            chosen["path"] = Path(path)
+        samples = known.read(content, **chosen)
+        _check_content(samples)
     if reading.isotropic is not None and "isotropic" not in known.options:
         samples = isotropy.as_asked(samples, reading.isotropic)
     if reading.isotropic is None:
         samples = isotropy.note_sides(samples)
-    samples = replace(samples, name=printable(samples.name), notes=tuple(map(printable, samples.notes)),
-                      channels=tuple(map(printable, samples.channels)))
+    samples = replace(samples, name=printable(samples.name or Path(path).stem), source=str(path),
+                      notes=tuple(map(printable, samples.notes)), channels=tuple(map(printable, samples.channels)))
     return convert_samples(_note_unused_options(reading, known.options, f"{known.name} files", samples), colours)
 
 
-def _check_content(samples: Samples, path: str | Path) -> None:
+def _check_content(samples: Samples) -> None:
     """Raise DatasetError where nothing is reflected: a fit of that would match perfectly. Single channels may be black,
     and noise makes values of dark ones negative."""
     values = samples.values
     if not (values > 0).any():
         found = "0 or below" if values.any() else "0"
-        raise DatasetError(f"all {values.size:,} values are {found}, expected reflected light: some above 0", path)
+        raise DatasetError(f"all {values.size:,} values are {found}, expected reflected light: some above 0")
 
 
 def _note_unused_options(reading: Reading, options: tuple[str, ...], files: str, samples: Samples) -> Samples:
@@ -145,7 +147,7 @@ def _choose_sample(path: str | Path, sample: str | int | None, listed: list[tupl
     text = str(sample).strip().lower()
     if text.isdecimal() or isinstance(sample, int | float):
         numbers = [number for number, _ in listed]
-        if (number := parse_number(text.encode(), path)) not in numbers:
+        if (number := parse_number(text.encode())) not in numbers:
             raise SampleUnknownError(f"no sample {text}, expected a number from {min(numbers)} to {max(numbers)} or a "
                                      "name", path)
         return int(number)
@@ -189,11 +191,11 @@ def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int
         return []
     known, content = _recognise(path, columns)
     with _raise_dataset_errors(path):
-        return _list_samples(path, known, content)
+        return _list_samples(known, content)
 
 
-def _list_samples(path: str | Path, known: Format, content: bytes) -> list[tuple[int, str]]:
-    listed = [] if known.list_samples is None else known.list_samples(path, content)
+def _list_samples(known: Format, content: bytes) -> list[tuple[int, str]]:
+    listed = [] if known.list_samples is None else known.list_samples(content)
     return [(number, printable(name)) for number, name in listed]
 
 
@@ -203,9 +205,9 @@ def preview(path: str | Path) -> tuple[list[str] | None, list[list[str]]]:
     Raises DatasetError if the file cannot be read, or has no rows.
     """
     with _raise_dataset_errors(path):
-        found = table_layout.preview(plain_text(read_bytes(path, table.FORMAT.largest), path))
-    if found is None:
-        raise DatasetError("no rows of numbers found", path)
+        found = table_layout.preview(plain_text(read_bytes(path, table.FORMAT.largest)))
+        if found is None:
+            raise DatasetError("no rows of numbers found")
     return found
 
 
@@ -213,25 +215,28 @@ def is_recognised(path: str | Path, columns: str | None = None) -> bool:
     """Whether a file can be read, and is in one of `FORMATS`; or a path names a published material."""
     if published.parse_virtual_path(path) is not None:
         return is_there(path)
-    try:
+    with suppress(DatasetError):
         _recognise(path, columns)
-    except DatasetError:
-        return False
-    return True
+        return True
+    return False
 
 
 def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
     """Whether `load` reads this file as a part of another one of `files`."""
-    return any(known.read_with is not None and known.read_with(path) in files for known in FORMATS)
+    first = _list_parts(path)[0]
+    return first != path and first in files
 
 
 def list_files(path: str | Path) -> list[Path]:
     """A file of measurements, and those that `load` reads with it."""
     path = Path(path)
-    known = next((known for known in FORMATS if known.list_parts and path.suffix.lower() in known.extensions), None)
-    others = [] if known is None or known.list_parts is None else [
-        each for each in known.list_parts(path) if each != path]
-    return [path, *others]
+    return [path, *(each for each in _list_parts(path) if each != path)]
+
+
+def _list_parts(path: Path) -> list[Path]:
+    """`Format.list_parts` of a file, by its extension."""
+    return next((known.list_parts(path) for known in FORMATS
+                 if known.list_parts is not None and path.suffix.lower() in known.extensions), [path])
 
 
 def time_and_size(path: str | Path) -> tuple[int, int] | None:
@@ -253,7 +258,7 @@ def _recognise(path: str | Path, columns: str | None = None) -> tuple[Format, by
         known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
         if known is None:
             largest = max(known.largest for known in FORMATS if known.is_text)
-            text = plain_text(content, path) if len(content) <= largest and is_plain(content) else b""
+            text = plain_text(content) if len(content) <= largest and is_plain(content) else b""
             known = next((known for known in FORMATS if known.is_text and not (columns and known in _WITHOUT_MARK)
                           and known.recognises(text)), None)
             if known is None and columns and table_layout.find(text, columns) is not None:
@@ -262,22 +267,22 @@ def _recognise(path: str | Path, columns: str | None = None) -> tuple[Format, by
                 raise _unknown_format(path, content, text, largest, columns)
             content = text
         if len(content) > known.largest:
-            raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
+            raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}")
         return known, content
 
 
 def _unknown_format(path: str | Path, content: bytes, text: bytes, largest: int, columns: str | None) -> DatasetError:
     """What to say of a file in no known format."""
     if (what := foreign.describe(content)) is not None:
-        return DatasetError(what, path)
+        return DatasetError(what)
     if len(content) > largest:          # not searched for the marks of text formats
-        return DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text", path)
-    if (error := table.unknown_columns(text, path)) is not None:
-        return error if not columns else DatasetError(f"no row of numbers for the columns {columns[:80]} found", path)
+        return DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text")
+    if (error := table.unknown_columns(text)) is not None:
+        return error if not columns else DatasetError(f"no row of numbers for the columns {columns[:80]} found")
     if (what := foreign.describe_by_name(path)) is not None:
-        return DatasetError(what, path)
-    plain_text(content, path)           # raises where it is binary
-    return DatasetError(f"in no known format; expected one of: {KNOWN_FILES}", path)
+        return DatasetError(what)
+    plain_text(content)                 # raises where it is binary
+    return DatasetError(f"in no known format; expected one of: {KNOWN_FILES}")
 
 
 @contextmanager
@@ -285,7 +290,7 @@ def _raise_dataset_errors(path: str | Path) -> Iterator[None]:
     """Make whatever a reader raises an error of its file: the work on other files goes on. What NumPy would warn of is
     found by the checks of what was read."""
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), name_file(path):
             yield
     except DatasetError:
         raise

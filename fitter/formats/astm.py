@@ -1,33 +1,11 @@
 """Tables of goniometers, text in the style of ASTM E1392: Cornell's, Light Tec's and others.
 
-Measured first by the Cornell Program of Computer Graphics: S. C. Foo: A Gonioreflectometer for Measuring the
-Bidirectional Reflectance of Material for Use in Illumination Computation, Master's thesis, Cornell University, 1997.
-Owner's page: https://www.graphics.cornell.edu/online/measurements/reflectance/
-
-Layout: lines of a keyword and text; a line VARS, which names the columns; and rows of as many numbers, separated by
-commas or white space. The keywords SAMPLE_NAME and NUM_POINTS are used ::
-
-    SAMPLE_NAME Krylon Blue
-    VARS theta_i,phi_i,theta_s,phi_s,R,G,B
-    0.872665,0.000000,0.573513,0.000000,-0.000794,0.005163,0.030536
-
-Columns may be in any order. The outgoing direction is theta_s and phi_s, or _r, _o, _v. Angles are radians; degrees
-where a name says so, theta_i[deg], or where more than half of those that are not zero are beyond 2 pi; or as `Reading`
-says. Values are the BRDF, unless `Reading` says that a cosine is in them, as E1392 calls cosine-corrected. The other
-columns are R,G,B; or wavelengths, 400nm; or one wavelength, or BRDF, which is grey. Light Tec's VARS leaves out phi_s,
-whose column comes after theta_s. Where phi_i takes three values or more, it is found from the values whether the
-material is isotropic (`isotropy`). In Light Tec's files what is beyond 75 degrees is drawn, not measured
-(`unmeasured`).
-
-Limits: at most 1,000 variables. Three wavelengths, one of them red, one green and one blue, as of an instrument with
-three lamps, are taken as R, G and B where they do not span enough for a spectrum. Cornell warns of noise at short
-wavelengths and grazing angles, and of unreliable mirror peaks of smooth surfaces; values in RGB may be negative.
+A line VARS names the columns of the rows below; of the other keywords SAMPLE_NAME and NUM_POINTS are read
+(docs/layouts.md, ASTM).
 """
 
 import re
-from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 
@@ -38,91 +16,71 @@ from . import unmeasured
 from .columns import angles_note, look_like_degrees, reflectance, to_brdf
 from .format import Format
 from .isotropy import decide_symmetry
-from .names import ANGLES, parse, role
+from .names import ANGLES, UNSAID, Value, parse, role
 from .reading import BY_DEFAULT, QUANTITIES, Reading
-from .text import check_angles, decode, line_number, lines, parse_number, parse_rows
+from .table_columns import Columns, unit_of_angles
+from .text import check_angles, decode, line_error, line_number, lines, parse_number, parse_rows
 
 MOST_VARIABLES = 1000
 _VARS = re.compile(rb"(?:\A|(?<=[\r\n]))VARS\b([^\r\n]*)")
 _KEYWORD = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(SAMPLE_NAME|NUM_POINTS)[ \t]([^\r\n]*)")
 
 
-def recognises(content: bytes) -> bool:
-    """Whether a line starts with VARS."""
-    return _VARS.search(content) is not None
-
-
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read an ASTM file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
-    columns = _columns(path, content)
-    count = len(columns.angles) + len(columns.values)
-    table = parse_rows(content, columns.start, count, "the variables of the VARS line", path, columns.separator)
+    columns, start, separator = _columns(content)
+    table = parse_rows(content, start, len(columns.units), "the variables of the VARS line", separator)
     if not len(table):
-        raise DatasetError("no rows after VARS, expected measurements", path, columns.line)
-    header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, columns.start)}
+        raise DatasetError("no rows after VARS, expected measurements", line=columns.line)
+    header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, start)}
     if (points := header.get(b"NUM_POINTS")) is not None:
         said = points[2].strip()
-        if parse_number(said, path, content, points.start(1)) != len(table):
-            raise DatasetError(f"{len(table)} rows found, expected {decode(said)} as NUM_POINTS says", path,
-                               line_number(content, points.start(1)))
-    angles = table[:, columns.angles]
+        if parse_number(said, points) != len(table):
+            raise line_error(points, f"{len(table)} rows found, expected {decode(said)} as NUM_POINTS says")
+    angles, unit = columns.angles(table), unit_of_angles(columns, reading)
     in_degrees = reading.angles == "degrees" if reading.angles else (
-        columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles)))
+        unit == "deg" or (unit is None and look_like_degrees(angles)))
 
     def find_line(row: int) -> int:
-        return line_number(content, next(islice(lines(content, columns.start), row, None)).start())
+        return line_number(next(islice(lines(content, start), row, None)))
 
-    check_angles(angles, find_line, path, in_degrees)
-    directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
-    notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
+    check_angles(angles, find_line, in_degrees)
+    directions, values = np.radians(angles) if in_degrees else angles, table[:, [*columns.values]]
+    notes = [angles_note(in_degrees, unit, reading)] if reading.angles else []
     directions, values, of_quantity = to_brdf(directions, values, QUANTITIES[reading.quantity or "brdf"],
-                                              ", as asked" if reading.quantity else "", path, columns.line)
-    channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
-    name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
-    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path),
-                      (*notes, *of_quantity, *more))
+                                              ", as asked" if reading.quantity else "", columns.line)
+    channels, values, more = reflectance([value.channel for value in columns.values.values()], values, columns.line,
+                                         reading)
+    name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else ""
+    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name,
+                      notes=(*notes, *of_quantity, *more))
     return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
-@dataclass(frozen=True)
-class _Columns:
-    """What the VARS line says, which is the line `line` and ends at `start`: the columns of `ANGLES`, and those of
-    values with their names; the unit of angles, "deg" or "rad", if the names say it; and what separates the numbers
-    below, a comma, or None for white space."""
-
-    angles: list[int]
-    values: list[int]
-    channels: list[str]
-    unit: str | None
-    separator: bytes | None
-    start: int
-    line: int
-
-
-def _columns(path: str | Path, content: bytes) -> _Columns:
-    """Read the VARS line."""
+def _columns(content: bytes) -> tuple[Columns, int, bytes | None]:
+    """What the VARS line says, where it ends, and what separates the numbers below: a comma, or None: white space."""
     named = _VARS.search(content)
     if named is None:
-        raise DatasetError("no VARS line", path)
-    line, start = line_number(content, named.start()), named.end()
+        raise DatasetError("no VARS line")
+    line, start = line_number(named), named.end()
     names = [decode(name).strip() for name in named[1].split(b"," if b"," in named[1] else None, MOST_VARIABLES)]
     if len(names) > MOST_VARIABLES:
-        raise DatasetError(f"more than {MOST_VARIABLES} variables found", path, line)
+        raise DatasetError(f"more than {MOST_VARIABLES} variables found", line=line)
     roles = [found if (found := role(name)) in ANGLES else "" for name in names]
-    units = {unit if (unit := parse(name).unit) in ("deg", "rad") else None
-             for name, kind in zip(names, roles, strict=True) if kind}
+    units = [unit if (unit := parse(name).unit) in ("deg", "rad") else None for name in names]
+    is_one_unit = len({unit for unit, kind in zip(units, roles, strict=True) if kind}) < 2
     first = next((row[0] for row in lines(content, start)), b"")
     separator = b"," if b"," in first else None
     if (len(first.split(separator, MOST_VARIABLES + 1)) == len(names) + 1
             and sorted(filter(None, roles)) == sorted(set(ANGLES) - {"phi_s"})):
         after = roles.index("theta_s") + 1      # Light Tec's
-        names[after:after], roles[after:after] = ["phi_s"], ["phi_s"]
-    if sorted(filter(None, roles)) != sorted(ANGLES) or len(roles) <= len(ANGLES) or len(units) > 1:
-        raise DatasetError(f"VARS must name {', '.join(ANGLES)} once each, in one unit, and channels", path, line)
-    values = [column for column, kind in enumerate(roles) if not kind]
-    return _Columns([roles.index(angle) for angle in ANGLES], values, [names[column] for column in values], units.pop(),
-                    separator, start, line)
+        names[after:after], roles[after:after], units[after:after] = ["phi_s"], ["phi_s"], [units[after - 1]]
+    if sorted(filter(None, roles)) != sorted(ANGLES) or len(roles) <= len(ANGLES) or not is_one_unit:
+        raise DatasetError(f"VARS must name {', '.join(ANGLES)} once each, in one unit, and channels", line=line)
+    values = {column: Value(names[column], UNSAID, "", False) for column, kind in enumerate(roles) if not kind}
+    angles = {kind: column for column, kind in enumerate(roles) if kind}
+    return Columns(line, units, {}, angles, values), start, separator
 
 
-FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read,
+FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), _VARS.search, read,
                 ("angles", "quantity", "illuminant", "isotropic", "symmetry", "keep_unmeasured"))

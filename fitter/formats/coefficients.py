@@ -1,16 +1,10 @@
-"""A table of translucent materials, one a row: what they scatter and absorb, or their albedo and mean free path.
+"""A table of translucent materials, one a row: what they scatter and absorb, or their albedo and mean free path
+(docs/formats.md, Translucent materials). `data/translucent.csv` is one.
 
-Layout: comma-separated, after lines that begin with #; the first row names the columns, of which `name` and those of
-`model.translucent.WORDS` are read. A cell of three numbers, for red, green and blue, has spaces between them ::
-
-    name,scattering,absorption,index,width
-    My marble,2.19 2.62 3.00,0.0021 0.0041 0.0071,1.5,0.1
-
-`data/translucent.csv` is one. What is below the surface is in `Samples.subsurface`.
+Its columns are `name` and those of `model.translucent.WORDS`. What is below the surface is in `Samples.subsurface`.
 """
 
 import csv
-from pathlib import Path
 
 from ..errors import DatasetError
 from ..model.published import sample_words
@@ -19,7 +13,7 @@ from .format import Format
 
 _PAIRS = {b"scattering", b"absorption"}, {b"albedo", b"path"}
 _LINES_LOOKED_AT = 200      # among which the first row is looked for
-_Row = tuple[int, dict[str, str]]       # its line, and cells by column
+_Row = tuple[int, str, dict[str, str]]      # its line, its name, and cells by column
 
 
 def recognises(content: bytes) -> bool:
@@ -28,33 +22,29 @@ def recognises(content: bytes) -> bool:
     return any(pair <= {name.strip() for name in first.split(b",")} for pair in _PAIRS)
 
 
-def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
+def list_samples(content: bytes) -> list[tuple[int, str]]:
     """The number and the name of each row."""
-    return [(number, _name(row)) for number, row in enumerate(_rows(path, content), 1)]
+    return [(number, name) for number, (_, name, _) in enumerate(_rows(content), 1)]
 
 
-def read(path: str | Path, content: bytes, sample: int) -> Samples:
+def read(content: bytes, sample: int) -> Samples:
     """Read one row. Raises DatasetError if it describes no material."""
-    line, cells = row = _rows(path, content)[sample - 1]
+    line, name, cells = _rows(content)[sample - 1]
     try:
-        return sample_words(cells, _name(row), str(path))
+        return sample_words(cells, name, "")
     except ValueError as error:
-        raise DatasetError(str(error), path, line) from error
+        raise DatasetError(str(error), line=line) from error
 
 
-def _rows(path: str | Path, content: bytes) -> list[_Row]:
+def _rows(content: bytes) -> list[_Row]:
     lines = [(number, line) for number, line in enumerate(content.decode("utf-8", "replace").splitlines(), 1)
              if line.strip() and not line.startswith("#")]
     names, *cells = csv.reader(line for _, line in lines)
     rows = [(number, {name.strip(): cell for name, cell in zip(names, row, strict=False)})
             for (number, _), row in zip(lines[1:], cells, strict=False)]
     if not rows:
-        raise DatasetError("no rows below the names of columns", path)
-    return rows
-
-
-def _name(row: _Row) -> str:
-    return row[1].get("name", "").strip() or f"Line {row[0]}"
+        raise DatasetError("no rows below the names of columns")
+    return [(number, row.get("name", "").strip() or f"Line {number}", row) for number, row in rows]
 
 
 FORMAT = Format("Translucent", "translucent materials .csv", (".csv",), recognises, read, list_samples=list_samples)

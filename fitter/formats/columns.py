@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -33,13 +32,12 @@ def angles_note(in_degrees: bool, said: str | None, reading: Reading) -> str:
     return f"Angles in {unit}, as asked{against}"
 
 
-def to_brdf(directions: FloatArray, values: FloatArray, quantity: Quantity, asked: str, path: str | Path,
+def to_brdf(directions: FloatArray, values: FloatArray, quantity: Quantity, asked: str,
             line: int) -> tuple[FloatArray, FloatArray, list[str]]:
     """The BRDF by values of a quantity: directions, (n, 4) radians as in `ANGLES`, values, (n, channels), and notes.
 
     Values at the horizon hold nothing where a cosine is in them, and are left out. Raises DatasetError if no row is
-    left. `asked` is what notes end with where a user chose the quantity, else empty; path and line are those of the
-    names, for the error.
+    left. `asked` is what notes end with where a user chose the quantity, else empty; `line` is that of the names.
     """
     notes = [f"Multiplied by {quantity.scale:.4g}{asked}"] if asked and quantity.scale != 1 else []
     if not quantity.cosine:
@@ -47,36 +45,31 @@ def to_brdf(directions: FloatArray, values: FloatArray, quantity: Quantity, aske
     factor = np.cos(directions[:, ANGLES.index(f"theta_{quantity.cosine}")])
     kept = factor >= _LEAST_COSINE
     if not kept.any():
-        raise DatasetError("all values are at the horizon, where their cosine is 0", path, line)
+        raise DatasetError("all values are at the horizon, where their cosine is 0", line=line)
     without = "" if kept.all() else f"; {np.count_nonzero(~kept):,} at the horizon are left out"
     notes.append(f"Divided by the cosine of theta_{'i' if quantity.cosine == 'i' else 'o'}{without}{asked}")
     return directions[kept], values[kept] * quantity.scale / factor[kept, None], notes
 
 
-def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line: int,
+def reflectance(names: Sequence[str], values: FloatArray, line: int,
                 reading: Reading) -> tuple[tuple[str, ...], FloatArray, tuple[str, ...]]:
     """The channels, values converted to them, (n, channels), and notes; spectra become linear sRGB.
 
     `names` are those of the columns of `values`, (n, columns): R, G and B in any order; wavelengths; or one of `GREY`.
-    Raises DatasetError, with the path and line of the names, if they are anything else.
+    Raises DatasetError, with the line of the names, if they are anything else.
     """
     upper = [name.upper() for name in names]
     if sorted(upper) == sorted(RGB):
         return RGB, values[:, [upper.index(channel) for channel in RGB]], ()
-    bands = wavelengths(names)
+    matches = [match for name in names if (match := _WAVELENGTH_CELL.fullmatch(name))]
+    bands = np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None
     if len(names) == 1 and (bands is not None or names[0].lower() in GREY_NAMES):
         return ("grey",), values, ()
     if bands is None:
         shown = ",".join(names[:4]) + "..." * (len(names) > 4)
         raise ColumnsUnknownError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF",
-                                  path, line)
+                                  line=line)
     lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMP_BANDS]
     if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
         return RGB, values[:, np.concatenate(lamps)], ()
-    return RGB, to_linear_srgb(bands, values, path, line, reading.illuminant), reading.notes
-
-
-def wavelengths(names: Sequence[str]) -> FloatArray | None:
-    """Wavelengths in nm, or None if the names are anything else."""
-    matches = [match for name in names if (match := _WAVELENGTH_CELL.fullmatch(name))]
-    return np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None
+    return RGB, to_linear_srgb(bands, values, line, reading.illuminant), reading.notes

@@ -1,17 +1,7 @@
 """CURET, the Columbia-Utrecht reflectance database: 61 samples, each measured at the same 205 geometries.
 
-Measured by K. J. Dana, B. van Ginneken, S. K. Nayar, J. J. Koenderink: Reflectance and Texture of Real-World Surfaces,
-ACM TOG 18(1), 1999. Owner's page: https://www.cs.columbia.edu/CAVE/software/curet/
-
-Layout: a line for each sample, its number and 205 values in 1/sr, separated by white space. abrdf.dat has the grey
-values; rbrdf.dat, gbrdf.dat and bbrdf.dat, in one folder, have those of the channels; rover.dat, gover.dat and
-bover.dat beside them have the share of overflowed pixels of each measurement. The directions are those of the
-database's table of geometries, which comes with this project; `Samples.saturated` are those that overflowed ::
-
-    1    0.200   0.110   0.199   0.177 ...
-    2    0.204   0.145   0.144   0.274 ...
-
-Limits: the geometries are fixed, so that all 205 values must be there.
+Layout, authors and what the files beside `abrdf.dat` hold: docs/layouts.md, CURET. The directions come with this
+project; `Samples.saturated` are those that overflowed.
 """
 
 import re
@@ -24,7 +14,7 @@ from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
-from .text import line_number, lines, parse_row, plain_text, read_bytes
+from .text import line_error, line_number, lines, name_file, parse_row, plain_text, read_bytes
 
 GEOMETRIES = 205
 SAMPLE_NAMES = (
@@ -47,46 +37,36 @@ def recognises(content: bytes) -> bool:
     return tokens[0].isdigit() and len(tokens) > GEOMETRIES // 2
 
 
-def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
+def list_samples(content: bytes) -> list[tuple[int, str]]:
     """The (number, name) of each sample of a file."""
-    return [(number, SAMPLE_NAMES[number - 1]) for number in _rows(path, content)]
+    return [(number, SAMPLE_NAMES[number - 1]) for number in _rows(content)]
 
 
-def read(path: str | Path, content: bytes, sample: int) -> Samples:
-    """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
-
-    Raises DatasetError if a file is malformed.
-    """
-    path = Path(path)
-    members = _color_files(path) or [path]
+def read(content: bytes, sample: int, path: Path) -> Samples:
+    """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist."""
+    parts = list_parts(path)
+    members, overflows = parts[:-len(RGB)], parts[-len(RGB):]
     columns = []
     for member in members:
         if (column := _values(member, content if member == path else None, sample)) is None:
             raise DatasetError(f"no sample {sample}, which {path.name} has", member)
         columns.append(column)
-    over = [column for member in _overflow_files(path) if member.is_file()
+    over = [column for member in overflows if member.is_file()
             and (column := _values(member, None, sample)) is not None]
     theta_v, phi_v, theta_i, phi_i = geometry().T
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), RGB if len(members) > 1 else ("grey",),
-                   SAMPLE_NAMES[sample - 1], str(path), saturated=np.max(over, axis=0) > 0 if over else None)
+                   SAMPLE_NAMES[sample - 1], saturated=np.max(over, axis=0) > 0 if over else None)
 
 
 def list_parts(path: Path) -> list[Path]:
-    """The files that are read with one, itself included."""
-    return [*(_color_files(path) or [path]), *_overflow_files(path)]
-
-
-def _overflow_files(path: Path) -> list[Path]:
-    """Those beside a file that say of each channel which measurements overflowed the camera."""
-    return [path.with_name(f"{letter.lower()}over.dat") for letter in RGB]
-
-
-def read_with(path: Path) -> Path | None:
-    """The file of red values, if `path` is that of green or blue in the same folder: they are read together."""
-    if path.name.lower() not in {"gbrdf.dat", "bbrdf.dat"}:
-        return None
-    names = (red + path.name[1:] for red in "rR")
-    return next((path.with_name(name) for name in names if path.with_name(name).is_file()), None)
+    """The files of values that are read with one, itself included: red first, or all; and those that say of each
+    channel which measurements overflowed the camera."""
+    members = []
+    if path.name[:1].upper() in RGB and path.name[1:].lower() == "brdf.dat":
+        letters = RGB if path.name[0].isupper() else map(str.lower, RGB)
+        members = [path.with_name(letter + path.name[1:]) for letter in letters]
+    whole = members if members and all(member.is_file() for member in members) else [path]
+    return [*whole, *(path.with_name(f"{letter.lower()}over.dat") for letter in RGB)]
 
 
 @cache
@@ -96,37 +76,26 @@ def geometry() -> FloatArray:
     return np.loadtxt(table, delimiter=",", comments="#", skiprows=2)[:, 1:]
 
 
-def _rows(path: str | Path, content: bytes) -> dict[int, int]:
-    """The position at which the line of each sample starts, by sample number."""
-    rows: dict[int, int] = {}
+def _rows(content: bytes) -> dict[int, re.Match[bytes]]:
+    """The line of each sample, by sample number."""
+    rows: dict[int, re.Match[bytes]] = {}
     for line in lines(content):
         number = _NUMBER.match(line[0])
         if number is None or not 1 <= int(number[1]) <= len(SAMPLE_NAMES):
-            raise DatasetError(f"the line must start with a sample number from 1 to {len(SAMPLE_NAMES)}: {_EXPECTED}",
-                               path, line_number(content, line.start()))
-        first = rows.setdefault(int(number[1]), line.start())
-        if first != line.start():
-            raise DatasetError(f"sample {int(number[1])} a second time, first on line {line_number(content, first)}",
-                               path, line_number(content, line.start()))
+            raise line_error(line, f"the line must start with a sample number from 1 to {len(SAMPLE_NAMES)}: "
+                             f"{_EXPECTED}")
+        first = rows.setdefault(int(number[1]), line)
+        if first is not line:
+            raise line_error(line, f"sample {int(number[1])} a second time, first on line {line_number(first)}")
     return rows
 
 
 def _values(path: Path, content: bytes | None, sample: int) -> list[float] | None:
     """The values of a sample in a file, of which the content may be known; None if it is not in it."""
-    text = plain_text(read_bytes(path), path) if content is None else content
-    if (position := _rows(path, text).get(sample)) is None:
-        return None
-    return parse_row(next(lines(text, position))[0], None, GEOMETRIES + 1, _EXPECTED, path, text, position)[1:]
-
-
-def _color_files(path: Path) -> list[Path] | None:
-    """The files of red, green and blue, if `path` is one of them and all exist."""
-    if path.name[:1].lower() not in {"r", "g", "b"} or path.name[1:].lower() != "brdf.dat":
-        return None
-    upper = path.name[0].isupper()
-    members = [path.with_name((letter if upper else letter.lower()) + path.name[1:]) for letter in RGB]
-    return members if all(member.is_file() for member in members) else None
+    with name_file(path):
+        row = _rows(plain_text(read_bytes(path)) if content is None else content).get(sample)
+        return None if row is None else parse_row(row, None, GEOMETRIES + 1, _EXPECTED)[1:]
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,
-                read_with=read_with, list_parts=list_parts)
+                list_parts=list_parts)

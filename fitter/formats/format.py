@@ -16,17 +16,17 @@ class Format:
     name: str                       # for menus and messages
     files: str                      # what its files are called, for messages: 'CURET abrdf.dat'
     extensions: tuple[str, ...]     # in lower case, with the dot, for file browsers and the conversion of folders
-    # whether content is in this format; exactly one format recognises an undamaged file
-    recognises: Callable[[bytes], bool]
-    # takes path and content, the number `sample` if the format has `list_samples`, and `reading` if it has `options`;
-    # returns samples, colours in linear Rec.709, or raises `DatasetError`
+    # true for content in this format; exactly one format recognises an undamaged file
+    recognises: Callable[[bytes], object]
+    # takes content, `reading` if the format has `options`, the number `sample` if it has `list_samples`, and `path` if
+    # others are read with it; returns samples, colours in linear Rec.709, or raises `DatasetError` with a line: of the
+    # samples `load` says the source, and the name where a reader leaves it empty; of errors, the file
     read: Callable[..., Samples]
     options: tuple[str, ...] = ()   # the fields of `Reading` that matter; of the others it has a definition of its own
     is_text: bool = True            # its functions then take content without a byte-order mark and zero bytes
     largest: int = LARGEST_TEXT     # bytes; larger files are refused
-    # of files with several samples, by path and content: the (number, name) of each
-    list_samples: Callable[[str | Path, bytes], list[tuple[int, str]]] | None = None
-    # the file that one is read with as a part, or None
-    read_with: Callable[[Path], Path | None] | None = None
-    # those that are read with one that has one of the `extensions`, itself included, whether or not they are there
+    # of files with several samples, by content: the (number, name) of each
+    list_samples: Callable[[bytes], list[tuple[int, str]]] | None = None
+    # the files that are read with one that has one of the `extensions`, itself included, whether or not they are there:
+    # first the one that stands for them
     list_parts: Callable[[Path], list[Path]] | None = None

@@ -1,29 +1,8 @@
-"""FRED's table of scattered light, text, as scatterometers write it for Photon Engineering's FRED.
-
-Described in FRED's help (Tabulated BSDF, https://help.photonengr.com); the University of Arizona's scatterometer writes
-each measurement as such a file and as a Zemax file, which tests compare.
-
-Layout: two lines of what the numbers are, then for each direction of the light a line of two numbers, the mirrored ray,
-and lines of three, the direction of the detector and the value ::
-
-    type bsdf_data
-    format angles=deg bsdf=value scale=1
-    10	0
-    0	0	0.024536
-    5	0	0.026030
-    5	180	0.025978
-
-All polar angles are from the normal. The first line of a block is where the light is mirrored *to*: a detector at the
-same azimuth is on the mirror's side, where a table of one's own has the light. Scans in the plane of incidence have
-theta_s with a sign, positive on that side. The BSDF is in 1/sr, without the cosine, times `scale`; ``bsdf=log`` is its
-logarithm to the base of 10. FRED takes the surface as isotropic.
-
-Limits: angles are deg or rad; direction cosines, ``angles=sin``, are refused.
-"""
+"""FRED's table of scattered light, text, as scatterometers write it for Photon Engineering's FRED: for each mirrored
+ray the directions of the detector and the values (docs/layouts.md, FRED)."""
 
 import re
 from array import array
-from pathlib import Path
 
 import numpy as np
 
@@ -34,7 +13,7 @@ from . import unmeasured
 from .format import Format
 from .isotropy import decide_symmetry
 from .reading import BY_DEFAULT, Reading
-from .text import check_angles, decode, floats, line_number, lines, parse_number
+from .text import check_angles, decode, floats, line_error, line_number, lines, parse_number
 
 _TYPE = re.compile(rb"\s*type[ \t]+bsdf_data\b[^\r\n]*", re.IGNORECASE)
 _SETTING = re.compile(rb"(\w+)[ \t]*=[ \t]*([^\s=]+)")
@@ -43,17 +22,16 @@ _LARGEST_LOGARITHM = 30.0
 _LARGEST = 8 << 20          # bytes: half a million directions
 
 
-def recognises(content: bytes) -> bool:
-    """Whether the first line is FRED's."""
-    return _TYPE.match(content) is not None
-
-
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a FRED file. Raises DatasetError if it is malformed."""
-    start, settings = _settings(path, content)
-    table, at = _rows(path, content, start)
+    start, settings = _settings(content)
+    table, at = _rows(content, start)
     unit = settings["angles"]
-    check_angles(table[:, :4], lambda row: line_number(content, at[row]), path, unit == "deg", signed=True)
+
+    def find_line(row: int) -> int:
+        return line_number(next(lines(content, at[row])))
+
+    check_angles(table[:, :4], find_line, unit == "deg", signed=True)
     angles = table[:, :4] * _FRED_UNITS[unit]
     theta_i, theta_o = np.abs(angles[:, [0, 2]]).T
     # where the light is: opposite to where it is mirrored to; a negative polar angle is on the other side
@@ -65,33 +43,32 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         too_large = np.flatnonzero(values[:, 0] > _LARGEST_LOGARITHM)
         if len(too_large):
             raise DatasetError(f"a logarithm of {values[too_large[0], 0]:g} found, expected one to the base of 10",
-                               path, line_number(content, at[too_large[0]]))
+                               line=find_line(too_large[0]))
         values = 10 ** values
         notes.append("The values are logarithms to the base of 10")
     values = values * float(settings["scale"])
-    samples = Samples(theta_i, phi_i, theta_o, phi_o, values, ("grey",), Path(path).stem, str(path), tuple(notes))
+    samples = Samples(theta_i, phi_i, theta_o, phi_o, values, ("grey",), "", notes=tuple(notes))
     return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
-def _settings(path: str | Path, content: bytes) -> tuple[int, dict[str, str]]:
+def _settings(content: bytes) -> tuple[int, dict[str, str]]:
     """Where the numbers begin, and what the line `format` says of them."""
     head = _TYPE.match(content)
     line = None if head is None else next(lines(content, head.end()), None)
     if line is None or not line[0].lower().startswith(b"format"):
-        raise DatasetError("expected a line such as 'format angles=deg bsdf=value scale=1'", path, 2)
-    number = line_number(content, line.start())
+        raise DatasetError("expected a line such as 'format angles=deg bsdf=value scale=1'", line=2)
     said = {decode(key).lower(): decode(value).lower() for key, value in _SETTING.findall(line[0])}
     settings = {"angles": "deg", "bsdf": "value", "scale": "1"} | said
     if settings["angles"] not in _FRED_UNITS:
-        raise DatasetError(f"angles={settings['angles'][:20]} found, expected deg or rad: direction cosines are not "
-                           "read", path, number)
+        raise line_error(line, f"angles={settings['angles'][:20]} found, expected deg or rad: direction cosines are "
+                         "not read")
     if settings["bsdf"] not in ("value", "log"):
-        raise DatasetError(f"bsdf={settings['bsdf'][:20]} found, expected value or log", path, number)
-    parse_number(settings["scale"].encode(), path, content, line.start())
+        raise line_error(line, f"bsdf={settings['bsdf'][:20]} found, expected value or log")
+    parse_number(settings["scale"].encode(), line)
     return line.end(), settings
 
 
-def _rows(path: str | Path, content: bytes, start: int) -> tuple[FloatArray, "array[int]"]:
+def _rows(content: bytes, start: int) -> tuple[FloatArray, "array[int]"]:
     """Each value with its directions, (n, 5), and where in the content its line begins."""
     numbers, at = array("d"), array("q")
     light: list[float] | None = None
@@ -102,22 +79,21 @@ def _rows(path: str | Path, content: bytes, start: int) -> tuple[FloatArray, "ar
         row = floats(line[0], tokens) if len(tokens) in (2, 3) else None
         if row is None:
             for token in tokens[:3]:
-                parse_number(token, path, content, line.start())
-            raise DatasetError(f"{'1 number' if len(tokens) == 1 else 'more than 3 numbers'} found, expected the two "
-                               "angles of a mirrored ray, or theta_s, phi_s and the value", path,
-                               line_number(content, line.start()))
+                parse_number(token, line)
+            shown = "1 number" if len(tokens) == 1 else "more than 3 numbers"
+            raise line_error(line, f"{shown} found, expected the two angles of a mirrored ray, or theta_s, phi_s and "
+                             "the value")
         if len(row) == 2:
             light = row
         elif light is None:
-            raise DatasetError("expected first a line of two numbers, the mirrored ray", path,
-                               line_number(content, line.start()))
+            raise line_error(line, "expected first a line of two numbers, the mirrored ray")
         else:
             numbers.extend((*light, *row))
             at.append(line.start())
     if not at:
-        raise DatasetError("no rows of theta_s, phi_s and a value, expected measurements", path)
+        raise DatasetError("no rows of theta_s, phi_s and a value, expected measurements")
     return np.frombuffer(numbers).reshape(-1, 5), at
 
 
-FORMAT = Format("FRED", "FRED's text (.txt)", (".txt",), recognises, read, ("isotropic", "keep_unmeasured"),
+FORMAT = Format("FRED", "FRED's text (.txt)", (".txt",), _TYPE.match, read, ("isotropic", "keep_unmeasured"),
                 largest=_LARGEST)

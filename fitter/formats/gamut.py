@@ -12,14 +12,6 @@ def convert_samples(samples: Samples, colours: str) -> Samples:
     """Samples in linear Rec.709 as those of another of `colours.COLOURS`, with notes. Grey ones stay as they are.
 
     A colour outside of a space has a channel below 0 there. It stays so: a wider space holds it.
-
-    Examples
-    --------
-    >>> green = Samples([0], [0], [0], [0], [[-0.02, 0.4, 0.01]], RGB)
-    >>> convert_samples(green, "Rec.709").notes
-    ('Outside of Rec.709: 1 of 1 samples, by up to 7.1 % of the mean luminance',)
-    >>> convert_samples(green, "ACEScg").notes, convert_samples(green, "ACEScg").values.round(3).tolist()
-    (('Colours in ACEScg',), [[0.124, 0.365, 0.052]])
     """
     if samples.channels != RGB:
         return samples

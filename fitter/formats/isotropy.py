@@ -1,15 +1,10 @@
 """Whether measurements are of an isotropic material, found from the values at several rotations of the sample.
 
-Of an isotropic material the value depends on theta_i, theta_o and |phi_o - phi_i|. Samples that agree in these, a cell,
-then differ by noise alone, however phi_i turns. What is compared is y, the cube root of the BRDF times both cosines, in
-which a highlight and a dark direction count alike. What y differs from its cell's mean, r, is taken for a property of
-the material where it is alike at neighbours: at outgoing directions near each other and at the same rotation, or at
-rotations near each other and in the same cell. Noise is not alike there, so the mean product of r at neighbours is the
-variance that rotation makes without that of the noise, and no measure of the noise is needed. Its root over the root
-mean square of y, the effect, and the mean product over its standard error must exceed one of `_CRITERIA`.
-
-Where too few samples agree, as when directions are scattered, y is told from noise by harmonics of the azimuth of the
-half vector, which an isotropic material does not have.
+Samples that agree in theta_i, theta_o and |phi_o - phi_i|, a cell, are compared by y, the cube root of the BRDF times
+both cosines. What y differs from its cell's mean, r, is a property of the material where it is alike at neighbours
+(outgoing directions at one rotation, or rotations in one cell), which noise is not: the mean product of r at neighbours
+is the variance that rotation makes. Where too few samples agree, as when directions are scattered, harmonics of the
+azimuth of the half vector are fitted to y, which an isotropic material does not have.
 """
 
 from dataclasses import replace

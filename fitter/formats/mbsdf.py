@@ -1,24 +1,11 @@
-"""NVIDIA's measured materials of the Material Definition Language (.mbsdf), isotropic.
+"""NVIDIA's measured materials of the Material Definition Language (.mbsdf), isotropic: a table of float32 by theta_in,
+theta_out and phi, of which the reflection is read (docs/layouts.md, MBSDF).
 
-Defined by the MDL SDK, `IBsdf_isotropic_data`. Owner's page: https://github.com/NVIDIA/MDL-SDK
-
-Layout: lines of text; a line ``MBSDF_DATA=`` or ``MBSDF_DATA_REFLECTION=``; and then, little-endian, uint32 type (0:
-one value, 1: red, green and blue), uint32 n, uint32 m, and float32 values [theta_in][theta_out][phi][channel], 1/sr ::
-
-    theta_in = i / n pi / 2         theta_out = j / n pi / 2        phi = k / (m - 1) pi
-
-phi is the angle between the azimuths, pi for mirror reflection. A second such block, after MBSDF_DATA_TRANSMISSION=, is
-transmitted light, which is not read.
-
-Limits: the SDK says "uniformly distributed in [0, pi/2) and [0, pi]", and measured files are in keeping with that; its
-own renderers place phi up to one cell off. Where theta_in or theta_out is 0 all phi are one direction: the sample is
-their mean. Values may be negative. Measured files repeat the last value of the instrument toward the horizon
-(`unmeasured`).
+Where theta_in or theta_out is 0 all phi are one direction: the sample is their mean.
 """
 
 import math
 import struct
-from pathlib import Path
 
 import numpy as np
 
@@ -36,36 +23,28 @@ _MBSDF_HEADER = struct.Struct("<3I")
 _LARGEST = 32 << 20
 
 
-def recognises(content: bytes) -> bool:
-    """Whether the file begins with NVIDIA's mark."""
-    return content.startswith(MBSDF_MAGIC)
-
-
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read the reflection of an .mbsdf file.
-
-    Raises DatasetError if the file is damaged, or holds transmitted light only.
-    """
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+    """Read the reflection of an .mbsdf file."""
     starts = [content.find(block) + len(block) for block in _BLOCKS if block in content]
     if not starts:
         what = "transmitted light only" if _TRANSMISSION in content else "no line MBSDF_DATA= or MBSDF_DATA_REFLECTION="
-        raise DatasetError(f"{what}, expected reflection", path)
+        raise DatasetError(f"{what}, expected reflection")
     start = min(starts)
     if len(content) < start + _MBSDF_HEADER.size:
-        raise DatasetError("it ends before the table", path)
+        raise DatasetError("it ends before the table")
     kind, thetas, phis = _MBSDF_HEADER.unpack_from(content, start)
     if kind not in (0, 1) or thetas < 2 or phis < 2:
         raise DatasetError(f"type {kind}, {thetas} x {thetas} x {phis} values found, expected type 0 or 1 and at least "
-                           f"2 values along each axis", path)
+                           f"2 values along each axis")
     shape = thetas, thetas, phis, 3 if kind else 1
     start += _MBSDF_HEADER.size
     end = start + 4 * math.prod(shape)
     if end > len(content) or (end < len(content) and not content.startswith(_TRANSMISSION, end)):
         raise DatasetError(f"{len(content) - start:,} bytes of values found, expected {end - start:,} for "
-                           f"{' x '.join(map(str, shape))} float32", path)
+                           f"{' x '.join(map(str, shape))} float32")
     values = np.frombuffer(content, "<f4", math.prod(shape), start).reshape(shape).astype(float)
     if not np.isfinite(values).all():
-        raise DatasetError("holds numbers that are not finite", path)
+        raise DatasetError("holds numbers that are not finite")
     distinct = np.ones(shape[:3], dtype=bool)
     distinct[0, :, 1:] = distinct[:, 0, 1:] = False
     for at_normal in (values[0], values[:, 0]):
@@ -76,9 +55,9 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct],
                                 (theta[:, None, None], 0.0, theta[:, None], phi))
     values = values[distinct]
-    samples = Samples(*directions, values, RGB if kind else ("grey",), Path(path).stem, str(path))
+    samples = Samples(*directions, values, RGB if kind else ("grey",), "")
     return unmeasured.remove_unmeasured(samples, reading)
 
 
-FORMAT = Format("NVIDIA", "NVIDIA .mbsdf", (".mbsdf",), recognises, read, ("keep_unmeasured",), is_text=False,
-                largest=_LARGEST)
+FORMAT = Format("NVIDIA", "NVIDIA .mbsdf", (".mbsdf",), lambda content: content.startswith(MBSDF_MAGIC), read,
+                ("keep_unmeasured",), is_text=False, largest=_LARGEST)

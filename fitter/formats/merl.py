@@ -1,31 +1,15 @@
-"""MERL's reflectance database, 100 materials (.binary), tabulated by half and difference angles.
+"""MERL's reflectance database, 100 materials (.binary), tabulated by half and difference angles, of which only theta_h
+is not even, but by its root (docs/layouts.md, MERL).
 
-Measured by W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance Model, ACM TOG 22(3), 2003. Owner's
-page: https://www.merl.com/research/downloads/BRDF. Angles: S. Rusinkiewicz: A New Change of Variables for Efficient
-BRDF Representation, 1998.
-
-Layout, little-endian: three int32, the numbers of cells n_h, n_d, n_p of theta_h, theta_d and phi_d (90, 90, 180), and
-as many numbers for red, for green and for blue; phi_d changes fastest. The BRDF in 1/sr is the number times 1, 1.15 or
-1.66 over 1500. A cell's number holds at its lower edges ::
-
-    theta_h = (i / n_h)^2 pi / 2        half vector and normal
-    theta_d = j / n_d pi / 2            half vector and light
-    phi_d   = k / n_p pi                azimuth of the light about the half vector, 0 away from the normal
-
-Reciprocity gives the other half turn of phi_d. Files of half the size (45, 45, 90), and of float32 or float16 instead
-of float64, have the same layout.
-
-Limits: a cell with a negative number in any channel was not measured, and is left out, as are those whose directions
-are below the horizon. Near theta_d = 90 degrees the authors have extrapolated.
+A cell with a negative number in any channel was not measured, and is left out, as are those below the horizon.
 """
 
 import math
 import struct
-from pathlib import Path
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, map_directions
+from ..arrays import concatenate_directions
 from ..coordinates.rusinkiewicz import half_to_directions
 from ..errors import DatasetError
 from ..samples import HORIZON, RGB, Samples, freeze_new_arrays
@@ -45,34 +29,34 @@ def recognises(content: bytes) -> bool:
     return _is_merl(_cells(content, "<")) or _is_merl(_cells(content, ">"))
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(content: bytes) -> Samples:
     """Read a .binary file: the cells that were measured. Raises DatasetError if the file is damaged."""
     cells = _cells(content, "<")
     if not _is_merl(cells):
-        raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them", path)
+        raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them")
     numbers = 3 * math.prod(cells)
     size, rest = divmod(len(content) - _HEADER_BYTES, numbers)
     if rest or size not in _MERL_TYPES:
         sizes = ", ".join(f"{_HEADER_BYTES + numbers * size:,} (float{8 * size})" for size in _MERL_TYPES)
         raise DatasetError(f"{len(content):,} bytes found for {' x '.join(map(str, cells))} cells of three channels, "
-                           f"expected {sizes}", path)
+                           f"expected {sizes}")
     planes = np.frombuffer(content, _MERL_TYPES[size], offset=_HEADER_BYTES).reshape(3, *cells)
     if not all(np.isfinite(part).all() for part in np.moveaxis(planes, 1, 0)):
-        raise DatasetError("holds numbers that are not finite", path)
-    measured = [(planes[:, i] >= 0).all(axis=0) & _cells_above_horizon(i, cells) for i in range(cells[0])]
-    count = sum(map(np.count_nonzero, measured))
-    if not count:
-        raise DatasetError("no cell was measured: all are negative or below the horizon", path)
-    directions, values = map_directions(np.empty, [count] * 4), np.empty((count, 3))
-    start = 0
-    for i, above in enumerate(measured):        # one theta_h at a time, to save memory
-        part = slice(start, start + int(np.count_nonzero(above)))
-        for angle, of_cells in zip(directions, _directions(i, above), strict=True):
-            angle[part] = of_cells
-        values[part] = planes[:, i][:, above].T * SCALE
-        start = part.stop
-    freeze_new_arrays(*directions, values)
-    return Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTE,))
+        raise DatasetError("holds numbers that are not finite")
+    parts, values = [], []
+    theta_d, phi_d = np.arange(cells[1])[:, None] / cells[1] * HORIZON, np.arange(cells[2]) / cells[2] * np.pi
+    up, aside, cos_d = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d) + 0 * phi_d
+    for i in range(cells[0]):       # one theta_h at a time, to save memory; phi_h is 0
+        theta_h = (i / cells[0]) ** 2 * HORIZON
+        used = (planes[:, i] >= 0).all(axis=0) & (
+            cos_d * np.cos(theta_h) > _MERL_HORIZON + np.abs(up * np.sin(theta_h)))       # both above the horizon
+        parts.append(half_to_directions(theta_h, up[used], aside[used], cos_d[used]))
+        values.append(planes[:, i][:, used].T * SCALE)
+    if not sum(map(len, values)):
+        raise DatasetError("no cell was measured: all are negative or below the horizon")
+    directions, whole = concatenate_directions(parts), np.concatenate(values)
+    freeze_new_arrays(*directions, whole)
+    return Samples(*directions, whole, RGB, "", notes=(_NOTE,))
 
 
 def other_layout(content: bytes) -> str | None:
@@ -93,26 +77,6 @@ def _cells(content: bytes, order: str) -> tuple[int, ...]:
 
 def _is_merl(cells: tuple[int, ...]) -> bool:
     return len(cells) == 3 and 2 <= cells[0] <= MERL_CELLS[0] and cells[1] == cells[0] and cells[2] == 2 * cells[0]
-
-
-def _cells_above_horizon(i: int, cells: tuple[int, ...]) -> BoolArray:
-    """Whether both directions of each cell of a theta_h are above the horizon: (n_d, n_p)."""
-    theta_h, theta_d, phi_d = _edges(i, cells)
-    return np.cos(theta_d) * np.cos(theta_h) > _MERL_HORIZON + np.abs(np.sin(theta_d) * np.cos(phi_d) * np.sin(theta_h))
-
-
-def _directions(i: int, which: BoolArray) -> Directions:
-    """Those of some cells of a theta_h, radians. phi_h is 0."""
-    theta_h, theta_d, phi_d = _edges(i, (len(which), *which.shape))
-    theta_d, phi_d = (np.broadcast_to(angle, which.shape)[which] for angle in (theta_d, phi_d))
-    return half_to_directions(theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d),
-                              np.cos(theta_d))
-
-
-def _edges(i: int, cells: tuple[int, ...]) -> tuple[float, FloatArray, FloatArray]:
-    """theta_h, theta_d (n_d, 1) and phi_d (n_p,) of the cells of a theta_h."""
-    return ((i / cells[0]) ** 2 * HORIZON, np.arange(cells[1])[:, None] / cells[1] * HORIZON,
-            np.arange(cells[2]) / cells[2] * np.pi)
 
 
 FORMAT = Format("MERL", "MERL .binary", (".binary",), recognises, read, is_text=False, largest=_LARGEST)

@@ -86,13 +86,7 @@ class Value(NamedTuple):
 
 
 def find_unit(text: str) -> str | None:
-    """A unit by one of its names: deg, rad, 1/sr, %, %/sr, nm, um, or "" of none; None for what is no unit.
-
-    Examples
-    --------
-    >>> find_unit("degrees"), find_unit("sr^-1"), find_unit("sr\u207b\u00b9"), find_unit("\u00b5m"), find_unit("gold")
-    ('deg', '1/sr', '1/sr', 'um', None)
-    """
+    """A unit by one of its names: deg, rad, 1/sr, %, %/sr, nm, um, or "" of none; None for what is no unit."""
     bare = re.sub(r"[\s^*{}\u00b7\[\]()]", "", _fold(text).lower())
     return _UNITS.get(bare)
 
@@ -109,13 +103,7 @@ def _fold(text: str) -> str:
 
 @lru_cache(maxsize=4096)
 def parse(name: str) -> Name:
-    r"""Split a name into words and a unit.
-
-    Examples
-    --------
-    >>> parse("ThetaI [deg]").words, parse("\u03b8\u1d63 (\u00b0)").unit, parse("Incident Angle, deg")[:2]
-    (('theta', 'i'), 'deg', (('incident', 'angle'), 'deg'))
-    """
+    """Split a name such as ``ThetaI [deg]`` into words and a unit."""
     text = _fold(name[:_LONGEST]).strip()
     unit = None
     for pattern in (_BRACKETED, _UNIT_AFTER):
@@ -149,20 +137,16 @@ def role(name: str) -> str | None:
     kept = [word for word in words if word not in _FILLER_WORDS]
     polar, azimuth = _POLAR_WORDS.intersection(kept), _AZIMUTH_WORDS.intersection(kept)
     rest = [word for word in kept if word not in polar and word not in azimuth]
+    side = "i" if rest and _INCIDENT.issuperset(rest) else "s" if rest and _OUTGOING.issuperset(rest) else ""
     if (polar and not azimuth) or (not azimuth and {"angle", "angles", "ang"}.intersection(words)):
-        return "theta_i" if _all(rest, _INCIDENT) else "theta_s" if _all(rest, _OUTGOING) else None if rest else THETA
+        return f"theta_{side}" if side else None if rest else THETA
     if azimuth and (not polar or polar == {"polar"}):
-        return ("phi_i" if _all(rest, _INCIDENT) else "phi_s" if _all(rest, _OUTGOING) else
-                RELATIVE if all(word in _RELATIVE_WORDS for word in rest) else None)
+        return f"phi_{side}" if side else RELATIVE if _RELATIVE_WORDS.issuperset(rest) else None
     if kept in (["wavelength"], ["lambda"], ["wl"], ["wave", "length"]):
         return WAVELENGTH
     if kept in (["standard"], ["reference"]):
         return STANDARD
     return BESIDE if kept and all(word in _BESIDE or word.isdigit() for word in kept) and kept[0] in _BESIDE else None
-
-
-def _all(words: list[str], of: frozenset[str]) -> bool:
-    return bool(words) and all(word in of for word in words)
 
 
 def value(name: str) -> Value | None:

@@ -1,22 +1,7 @@
-"""pbrt-v2's text format for measured BRDFs (.brdf).
-
-Defined by M. Pharr, G. Humphreys: Physically Based Rendering, 2nd edition, 2010; the renderer came with measurements of
-Cornell's. Owner's page: https://github.com/mmp/pbrt-v2
-
-Layout: numbers separated by white space, and comments from # to the end of the line. First the number of wavelengths,
-then the wavelengths in nm, then for each measurement theta_i phi_i theta_s phi_s, radians, and a value for each
-wavelength, 1/sr ::
-
-    # Cornell University, Program of Computer Graphics
-    31
-    400 410 420 ... 700
-    0.872665 0.000000 0.573513 0.000000 0.023025 0.013790 ...
-
-Limits: 3 to 1,000 wavelengths; spectra become linear sRGB.
-"""
+"""pbrt-v2's text format for measured BRDFs (.brdf): numbers, of which the first is that of wavelengths
+(docs/layouts.md, pbrt)."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 
@@ -40,20 +25,19 @@ def recognises(content: bytes) -> bool:
     return count is not None and _FEWEST <= int(count[1]) <= _MOST
 
 
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .brdf file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
-    values, line = parse_numbers(content, path)
+    values, line = parse_numbers(content)
     bands = int(values[0])
     columns = 4 + bands
     rows, over = divmod(len(values) - 1 - bands, columns)
     if rows < 1 or over:
         raise DatasetError(f"{len(values)} numbers found, expected {bands} wavelengths and rows of {columns}: "
-                           f"theta_i phi_i theta_s phi_s and a value for each wavelength", path, line(len(values) - 1))
+                           f"theta_i phi_i theta_s phi_s and a value for each wavelength", line=line(len(values) - 1))
     table = values[1 + bands:].reshape(rows, columns)
-    check_angles(table[:, :4], lambda row: line(1 + bands + row * columns), path)
-    reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
-    return Samples(*map_directions(np.asarray, table[:, :4].T), reflectance, RGB, Path(path).stem, str(path),
-                   reading.notes)
+    check_angles(table[:, :4], lambda row: line(1 + bands + row * columns))
+    reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], line(1), reading.illuminant)
+    return Samples(*map_directions(np.asarray, table[:, :4].T), reflectance, RGB, "", notes=reading.notes)
 
 
 FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read, ("illuminant",))

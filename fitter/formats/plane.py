@@ -15,17 +15,10 @@ PLANE_SIDES = {"mirror": 1, "specular": 1, "forward": 1, "light": -1, "source": 
 """Words for the side on which theta_o is positive, and the sign of the mirror's side."""
 
 
-def directions(theta_i: FloatArray, theta_o: FloatArray, values: FloatArray,
-               said: int = 0) -> tuple[FloatArray, str]:
-    """Directions of a scan in the plane of incidence, (n, 4) as `names.ANGLES`, the light at azimuth 0; and how the
-    sides are told.
-
-    Parameters
-    ----------
-    theta_i, theta_o : (n,) float64
-        With signs, radians.
-    said : {1, -1, 0}
-        The sign that theta_o has on the mirror's side of a positive theta_i, if that is known.
+def directions(theta_i: FloatArray, theta_o: FloatArray, values: FloatArray, said: int = 0) -> tuple[FloatArray, str]:
+    """Directions of a scan in the plane of incidence, (n, 4) as `names.ANGLES`, the light at azimuth 0, from polar
+    angles with signs, (n,) radians; and how the sides are told. `said` is the sign that theta_o has on the mirror's
+    side of a positive theta_i, 0 where that is not known.
     """
     sign, why = (said, "the mirror's side, as the table says") if said else _side(theta_i, theta_o, values)
     # where it is 0, the side means nothing

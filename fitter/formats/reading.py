@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from ..errors import DatasetError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
-from .illuminants import DEFAULT
+from .spectra import DEFAULT
 
 
 class Quantity(NamedTuple):
@@ -100,20 +100,7 @@ def check_choice(option: str, value: object, expected: tuple[object, ...]) -> No
 @dataclass(frozen=True)
 class Reading:
     """Options of reading, each with an `Option`, which says what it means. `Format.options` says which of them matter
-    to a format.
-
-    Raises
-    ------
-    DatasetError
-        If one has another value.
-
-    Examples
-    --------
-    >>> try:
-    ...     Reading(angles="grad")
-    ... except DatasetError as error:
-    ...     print(error)
-    angles 'grad' found, expected degrees or radians
+    to a format. Raises DatasetError if one has another value.
     """
 
     angles: str | None = _option(

@@ -1,10 +1,7 @@
-"""An RGL file as the function that it defines, `RglTable`, and the directions of its nodes.
+"""An RGL file as the function that it defines, `RglTable`, and the directions of its nodes (docs/layouts.md, RGL).
 
-J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG 37(6), 2018;
-`rgl` describes the file. Of an isotropic material azimuths are relative to phi_i; of an anisotropic one they are not,
-and tables are interpolated between the azimuths phi_i, too. Those that cover half a turn or a quarter are continued by
-the symmetry of the material, as the authors' own renderer does it: it is the same after half a turn; and if a quarter
-was measured, the planes of the first and of the last azimuth are mirrors.
+Of an isotropic material azimuths are relative to phi_i. Of an anisotropic one tables are interpolated between the
+azimuths phi_i too, and those over half a turn or a quarter are continued by the material's symmetry.
 """
 
 from dataclasses import dataclass, field
@@ -107,15 +104,8 @@ class RglTable:
         return factor
 
     def nodes(self) -> _Points:
-        """The measured directions above the horizon, and the BRDF there.
-
-        Returns
-        -------
-        theta_i, phi_i, theta_o, phi_o : (n,) float64
-            Radians. Of an isotropic material phi_i is 0; of an anisotropic one it is a tabulated azimuth, but for the
-            last where that is the first again.
-        values : (n, 3) float64
-            1/sr.
+        """The measured directions above the horizon, and the BRDF there. Of an isotropic material phi_i is 0; of an
+        anisotropic one it is a tabulated azimuth, but for the last where that is the first again.
         """
         theta_i, azimuths, size = np.minimum(self.theta_i, HORIZON), self.phi_i, self.values.shape[1]
         covered = self.reduction * (azimuths[-1] - azimuths[0])

@@ -1,10 +1,7 @@
-"""The map between half vectors and the grid of an RGL table: that which makes a tabulated density uniform.
+"""The map between half vectors u and the grid s of an RGL table: that which makes a tabulated density p uniform
+(docs/layouts.md, RGL) ::
 
-J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG 37(6), 2018,
-section 4. A density p over the unit square is tabulated for each direction of incidence, bilinear between its nodes and
-linear between the angles. With the marginal density m(y) = int p(x, y) dx, the point u belongs to ::
-
-    s_x = int_0^{u_x} p(x, u_y) dx / m(u_y),    s_y = int_0^{u_y} m(y) dy
+    s_x = int_0^{u_x} p(x, u_y) dx / m(u_y),    s_y = int_0^{u_y} m(y) dy,    m(y) = int p(x, y) dx
 """
 
 from collections.abc import Sequence
@@ -25,14 +22,7 @@ class Warp:
 
 
 def warp(density: FloatArray) -> Warp:
-    """Normalise densities (slices, ny, nx) and integrate them; every slice must have a positive sum.
-
-    Examples
-    --------
-    >>> uniform = warp(np.ones((2, 3, 3)))
-    >>> to_grid(uniform, [(np.array([0]), 0.5), (np.array([1]), 0.5)], np.array([0.3]), np.array([0.8]))
-    (array([0.3]), array([0.8]))
-    """
+    """Normalise densities (slices, ny, nx) and integrate them; every slice must have a positive sum."""
     along = _integral(density)
     marginal = _integral(along[..., -1])
     total = marginal[:, -1]

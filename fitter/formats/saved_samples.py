@@ -1,9 +1,5 @@
-"""Samples that Measured BRDF itself has written, such as those of photographs of a ball: NumPy's .npz.
-
-The entries are `samples`, a JSON text with format, version, name, source, notes, channels and isotropic; `directions`,
-(4, n) as `Samples.directions`; `values`, (n, channels), 1/sr; and `deviation`, (n,), if there is one. Colours are
-linear Rec.709. All numbers are in single precision.
-"""
+"""Samples that Measured BRDF itself has written, such as those of photographs of a ball: NumPy's .npz, in single
+precision (docs/layouts.md, Saved samples)."""
 
 import json
 from pathlib import Path
@@ -57,7 +53,7 @@ def is_another(path: str | Path) -> bool:
     return beginning.startswith(b"PK") and not recognises(beginning)
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(content: bytes) -> Samples:
     """Read what `write` wrote. Raises DatasetError if it is damaged, or of another version."""
     try:
         entries = npz.read(content, max(_MOST_COMPRESSED * len(content), _SMALL_ARRAYS))
@@ -65,7 +61,7 @@ def read(path: str | Path, content: bytes) -> Samples:
         if header["format"] != _FORMAT or set(entries) not in _ENTRIES:
             raise ValueError("other entries than those of samples")
         if header["version"] != _SAMPLES_VERSION:
-            raise DatasetError(f"samples of version {header['version']!r}, expected {_SAMPLES_VERSION}", path)
+            raise DatasetError(f"samples of version {header['version']!r}, expected {_SAMPLES_VERSION}")
         channels, notes = header["channels"], header["notes"]
         if not all(isinstance(text, str) for text in (*channels, *notes)):
             raise ValueError("channels and notes are not texts")
@@ -77,9 +73,9 @@ def read(path: str | Path, content: bytes) -> Samples:
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         if isinstance(error, DatasetError):
             raise
-        raise DatasetError(f"damaged samples: {error}", path) from error
+        raise DatasetError(f"damaged samples: {error}") from error
     return Samples(*map_directions(np.asarray, numbers["directions"]), numbers["values"], tuple(channels),
-                   str(header["name"]), str(path), tuple(notes), deviation=numbers.get("deviation"),
+                   str(header["name"]), notes=tuple(notes), deviation=numbers.get("deviation"),
                    isotropic=bool(header["isotropic"]))
 
 

@@ -14,24 +14,9 @@ _SAME = 1e-6                # radians
 def weights(azimuths: FloatArray, radials: FloatArray, tilt: float) -> FloatArray:
     """What each value of a table counts in the integral of f cos(theta_o) over the hemisphere: (azimuths, radials).
 
-    Between the nodes, values are linear in both angles. Azimuths over half a turn stand for the other half as well;
-    those that lack the end of a whole turn are closed.
-
-    Parameters
-    ----------
-    azimuths, radials : (n,), (m,) float64
-        Rising, radians: about an axis, and away from it.
-    tilt : float
-        Of the axis, from the normal, towards the azimuth pi: radians. 0 of tables about the normal; theta_i of tables
-        about the mirrored ray.
-
-    Examples
-    --------
-    A Lambertian of 1 / sr reflects pi, from wherever its table is seen.
-
-    >>> grid = np.radians([0, 30, 60, 90.0])
-    >>> [float(np.sum(weights(np.radians([0, 180.0]), np.append(grid, np.pi), tilt)).round(3)) for tilt in (0, 1)]
-    [3.142, 3.142]
+    The angles, (n,) and (m,) radians, rise: about an axis, and away from it. `tilt` is the axis' angle from the normal,
+    towards the azimuth pi: 0, or theta_i of tables about the mirrored ray. Between the nodes, values are linear in both
+    angles. Azimuths over half a turn stand for the other half as well; those that lack the end of a turn are closed.
     """
     around, share = _azimuth_weights(azimuths)
     outward, steps = _interpolation(radials)

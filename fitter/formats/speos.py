@@ -1,48 +1,12 @@
-"""Ansys Speos' anisotropic BSDF, text (.anisotropicbsdf).
+"""Ansys Speos' anisotropic BSDF, text (.anisotropicbsdf): a line for each fact, then a table for each rotation of the
+sample and each angle of incidence (docs/layouts.md, Speos).
 
-Described in Ansys' help (Structure of Anisotropic BSDF Files). Ansys' own converter made the file at hand from one of
-Zemax's, which tests compare.
-
-Layout: a line for each fact, then a table for each rotation of the sample and each angle of incidence ::
-
-    OPTIS - Anisotropic BSDF surface file v8.0
-    0                           0: text
-    Comment
-    23                          characters of the description, which may have several lines
-    Measurement description
-    0	1	0                   anisotropy vector
-    1	0                       whether there is reflection, and transmission
-    1                           1: values are proportional to the BSDF, 0: to the intensity
-    1                           rotations of the sample, and which, degrees
-    0.0
-    2                           for each rotation: angles of incidence, and which
-    15.0	20.0
-    15.0	0                   theta_i and rotation at which the spectrum was measured
-    a comment
-    2                           bands, and for each nm and percent
-    350	13.4506
-    850	13.4506
-    2 3                         for each table: polar angles, azimuths; the azimuths; rows of polar angle and values
-        0.0	180.0	360.0
-    0.0	0.179	0.179	0.179
-    30.0	0.190	0.180	0.190
-    End of file
-
-Where there is transmission as well, its rotations, angles and spectrum follow those of the reflection, and its tables
-those of the reflection: they are not read. Polar angles are from the normal; azimuth 0 is on the mirror's side. Values
-have no unit: one factor for all makes what is reflected at the incidence of the spectrum, the integral of f
-cos(theta_o), the percentage of each band. Where that incidence was not measured, the two beside it are weighted.
-
-Values of 0 are not measurements, as in Zemax's files; those at polar angle 0 are one direction, their mean. The
-rotation turns the sample as in Zemax's (`zemax`), whose converted files have the same numbers. Whether a material of
-three rotations or more is anisotropic is found from the values.
-
-Limits: text of version 7 or later. Binary ones and Speos' .brdf and .scattering are refused.
+Values have no unit: one factor for all makes what is reflected at the incidence of the spectrum the percentage of each
+band. Values of 0 are not measurements; those at polar angle 0 are one direction, their mean.
 """
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -55,9 +19,10 @@ from .isotropy import decide_symmetry
 from .reading import BY_DEFAULT, Reading
 from .scattered import weights
 from .spectra import to_linear_srgb
-from .text import check_thetas, line_number, parse_row
+from .text import check_thetas, line_error, line_number, parse_row
 
 _HEAD = re.compile(rb"OPTIS - Anisotropic BSDF surface file v(\d+)[^\r\n]*", re.IGNORECASE)
+_ANY_LINE = re.compile(rb"[^\r\n]*(?:\r\n?|\n|\Z)")
 _OLDEST = 7
 _TURNS = -1                 # phi_i over the rotation of the sample
 _MOST = 10_000              # angles, bands or tables
@@ -82,24 +47,23 @@ class _Table:
 class _Lines:
     """The lines of a file, one after the other: some of them may be blank."""
 
-    def __init__(self, path: str | Path, content: bytes) -> None:
-        self.path, self.content, self.at, self.start = path, content, 0, 0
+    def __init__(self, content: bytes) -> None:
+        self.content, self.at = content, 0
+        self.last = next(_ANY_LINE.finditer(content))
 
-    def next(self, what: str) -> bytes:
+    def next(self, what: str) -> re.Match[bytes]:
         """The next line, whatever is in it."""
         if self.at >= len(self.content):
-            raise DatasetError(f"ends where {what} were expected", self.path)
-        self.start = self.at
-        ends = [end for end in (self.content.find(b"\n", self.at), self.content.find(b"\r", self.at)) if end >= 0]
-        end = min(ends, default=len(self.content))
-        self.at = end + (2 if self.content[end:end + 2] == b"\r\n" else 1)
-        return self.content[self.start:end]
+            raise DatasetError(f"ends where {what} were expected")
+        self.last = next(_ANY_LINE.finditer(self.content, self.at))
+        self.at = self.last.end()
+        return self.last
 
     def numbers(self, count: int, what: str) -> list[float]:
         """The numbers of the next line that is not blank."""
-        while not (line := self.next(what)).strip():
+        while not (line := self.next(what))[0].strip():
             pass
-        return parse_row(line, None, count, what, self.path, self.content, self.start)
+        return parse_row(line, None, count, what)
 
     def whole(self, what: str) -> int:
         """A number of things."""
@@ -110,20 +74,12 @@ class _Lines:
 
     def error(self, message: str) -> DatasetError:
         """An error in the last line."""
-        return DatasetError(message, self.path, line_number(self.content, self.start))
+        return line_error(self.last, message)
 
 
-def recognises(content: bytes) -> bool:
-    """Whether a file begins as Speos' anisotropic BSDF does."""
-    return _HEAD.match(content) is not None
-
-
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a Speos file; its spectrum becomes linear sRGB, or grey where it is flat.
-
-    Raises DatasetError if the file is malformed, of transmitted light alone, or of a kind that is not read.
-    """
-    lines = _Lines(path, content)
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+    """Read a Speos file; its spectrum becomes linear sRGB, or grey where it is flat."""
+    lines = _Lines(content)
     is_intensity, has_transmission, angles = _head(lines)
     at, bands, shares = _spectrum(lines)
     if has_transmission:
@@ -131,12 +87,12 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     tables = [_table(lines, rotation, theta_i, is_intensity) for rotation, theta_i in angles]
     reflected = _reflected_integral(tables, at)
     if not reflected > 0:
-        raise DatasetError("the values are 0 at the incidence of the spectrum, expected a BSDF", path, tables[0].line)
+        raise DatasetError("the values are 0 at the incidence of the spectrum, expected a BSDF", line=tables[0].line)
     phi_i = [_TURNS * table.rotation * (len({table.rotation for table in tables}) > 1) for table in tables]
     parts = [_directions(table, turn) for table, turn in zip(tables, phi_i, strict=True)]
     theta_i, phi, theta_o, phi_o, relative = (np.concatenate(column) for column in zip(*parts, strict=True))
     if not len(relative):
-        raise DatasetError("no values above 0, expected measurements", path)
+        raise DatasetError("no values above 0, expected measurements")
     channels: tuple[str, ...] = ("grey",)
     colour = shares[:1]
     if np.ptp(shares) > _FLAT * abs(shares[0]):
@@ -144,15 +100,15 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                                                illuminant=reading.illuminant)[0]
     values = relative[:, None] / reflected * colour
     note = f"Reflects {np.mean(shares):.4g} at {np.degrees(at[0]):g} degrees, as the file says"
-    samples = Samples(theta_i, phi, theta_o, phi_o, values, channels, Path(path).stem, str(path),
-                      (note, *(reading.notes if len(channels) > 1 else ())))
+    samples = Samples(theta_i, phi, theta_o, phi_o, values, channels, "",
+                      notes=(note, *(reading.notes if len(channels) > 1 else ())))
     return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading)
 
 
 def _head(lines: _Lines) -> tuple[bool, bool, list[tuple[float, float]]]:
     """Whether values are intensities; whether there is transmission, too; and the rotation and the angle of incidence
     of each table of the reflection, radians."""
-    version = _HEAD.match(lines.next("a version"))
+    version = _HEAD.match(lines.next("a version")[0])
     if version is None or int(version[1]) < _OLDEST:
         raise lines.error(f"an older version found, expected {_OLDEST} or later: save it again in Speos' BSDF viewer")
     if lines.numbers(1, "0 for text, or 1")[0] != 0:
@@ -203,7 +159,7 @@ def _spectrum(lines: _Lines) -> tuple[tuple[float, float], FloatArray, FloatArra
 
 def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -> _Table:
     shape = lines.numbers(2, "the numbers of polar angles and of azimuths")
-    line = line_number(lines.content, lines.start)
+    line = line_number(lines.last)
     if not all(1 <= number <= _MOST and number == int(number) for number in shape):
         raise lines.error(f"{shape[0]:g} x {shape[1]:g} values found, expected whole numbers from 1 to {_MOST}")
     polar, around = map(int, shape)
@@ -211,7 +167,7 @@ def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -
     if (np.diff(phi) <= 0).any() or np.ptp(phi) > 2 * np.pi + 1e-6:
         raise lines.error("azimuths found that do not rise, or over more than 360 degrees")
     rows = np.array([lines.numbers(around + 1, "a polar angle and a value for each azimuth") for _ in range(polar)])
-    check_thetas(rows[:, :1], lambda row: line + 2 + row, lines.path, in_degrees=True)
+    check_thetas(rows[:, :1], lambda row: line + 2 + row, in_degrees=True)
     theta, values = np.radians(rows[:, 0]), rows[:, 1:]
     if (np.diff(theta) <= 0).any():
         raise lines.error("polar angles found that do not rise")
@@ -248,5 +204,5 @@ def _directions(table: _Table, phi_i: float) -> tuple[FloatArray, ...]:
             values[row, column])
 
 
-FORMAT = Format("Speos", "Speos .anisotropicbsdf", (".anisotropicbsdf",), recognises, read,
+FORMAT = Format("Speos", "Speos .anisotropicbsdf", (".anisotropicbsdf",), _HEAD.match, read,
                 ("illuminant", "isotropic", "symmetry", "keep_unmeasured"))

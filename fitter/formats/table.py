@@ -1,57 +1,19 @@
-"""A table of one's own: text with a line of column names, as spreadsheets and instruments export it.
+"""A table of one's own: text with a line of column names, as spreadsheets and instruments export it (docs/formats.md, A
+table of your own, with all that it may say).
 
-Layout: one line of names, then rows of as many cells (`table_layout`). The separator is the first of tab, semicolon,
-comma, ``|``, colon and blanks that the line of names has, or what a line ``sep=;`` before it says, as Excel has it.
-Title lines may stand before the names, and a line of units after them. Lines that begin with # are comments; some of
-them, and some titles, say what the names do not ::
-
-    # name: Gold foil
-    # angles: degrees
-    # values: BRDF * cos_o
-    theta_i, phi_i, theta_o, phi_o, R, G, B
-    30, 0, 30, 180, 0.21, 0.18, 0.11
-    30, 0, 45, 180, 0.09, , 0.05
-
-Columns may be in any order, and have the names that people give them (`names`):
-
-theta_i, phi_i, theta_o, phi_o
-    The polar angle from the normal and the azimuth; toward the light and toward the detector. Also theta_in, theta_r,
-    zenith_out, AOI, Scatter Angle, sza and the like. Instead of two azimuths there may be one between the directions,
-    phi or raa: 180 degrees to the mirror direction. Without any azimuth it is a scan in the plane of incidence, whose
-    polar angles may have signs (`plane`). An angle that is the same in all rows may stand in a line before, ``AOI:
-    30``. The unit stands in the name, theta_i[deg] or theta_i (°), in the line of units, behind the numbers, 30°, or in
-    a comment ``angles: degrees``; where none does, and no angle is too large for radians, reading asks:
-    `Reading.angles`.
-R, G, B; or wavelengths, 550nm or 0.55um; or one value, BRDF
-    1/sr. A reflectance factor is divided by pi, and percent by 100. ``R*cos_i``, or a comment ``values: BRDF * cos_o``,
-    says that the cosine is in them, and which; or `Reading.quantity` does.
-wavelength
-    Where each wavelength has a row of its own.
-standard
-    What the detector read of a reflectance standard. Values are then divided by it, and by pi; a comment
-    ``standard: 0.98`` has the standard's reflectance, which is 1 by default.
-
-Columns of text whose names mean nothing are not read. A table may lie on its side (`table_on_its_side`).
-`Reading.columns` names columns whose names mean nothing, or that have none.
-
-Where phi_i takes three values or more, it is found from the values whether the material is isotropic (`isotropy`).
-phi = 0 is the surface's tangent, and azimuths rise toward the bitangent. A comment ``symmetry: 180 degrees`` says
-that the material is the same after half a turn, so that a half was measured; ``symmetry: mirror`` that the plane of
-normal and tangent is a mirror; ``symmetry: 180 degrees and mirror`` both: a quarter was measured.
-
-Where a cell is empty, or NaN, NA or an error of Excel, the row is left out. Measurements of one pair of directions are
-averaged (`repeats`). A column proves its own decimal sign (`table_cells`). Limits: 8 MB, 1,000 columns.
+`table_layout` finds the line of names, `names` and `table_columns` what the columns mean, `table_cells` the numbers.
+What the table does not say, and its numbers do not tell, reading asks for: `Reading.angles`, `Reading.quantity`,
+`Reading.columns`. Limits: 8 MB, 1,000 columns.
 """
 
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from ..arrays import FloatArray, map_directions
-from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError, printable
+from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, Samples
 from . import plane, table_cells, table_columns, table_layout, table_on_its_side, unmeasured
 from .columns import angles_note, look_like_degrees, reflectance, to_brdf
@@ -62,7 +24,7 @@ from .reading import BY_DEFAULT, Reading
 from .repeats import average_repeats
 from .table_columns import Columns, shorten
 from .table_layout import Layout
-from .text import check_angles, decode, line_number, lines, parse_number
+from .text import check_angles, decode, line_error, line_number, lines, parse_number
 
 _SYMMETRY = re.compile(rb"#+[ \t]*symmetry[ \t]*[:=][ \t]*", re.IGNORECASE)
 _SYMMETRIES = {frozenset(words): symmetry for symmetry, words in (     # by the words that say them
@@ -81,7 +43,7 @@ def recognises(content: bytes) -> bool:
     return table_layout.find(content) is not None or table_on_its_side.transpose_table(content) is not None
 
 
-def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | None:
+def unknown_columns(content: bytes) -> ColumnsUnknownError | None:
     """What to say of a table whose columns mean nothing here, or have no names; None of what is no table."""
     found = table_layout.preview(content)
     if found is None or (len(found[1][0]) < 3 and (found[0] is None or len(found[1]) < 2)):
@@ -90,29 +52,26 @@ def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | N
     what = f"columns {shorten(heads)} found" if heads else f"{len(rows[0])} columns of numbers without names found"
     line = None if heads is None else 1 + next((number for number, text in enumerate(content.splitlines())
                                                 if heads[0].encode() in text), 0)
-    return ColumnsUnknownError(f"{what}; expected {table_columns.EXPECTED}; {table_columns.OTHERWISE}", path, line)
+    return ColumnsUnknownError(f"{what}; expected {table_columns.EXPECTED}; {table_columns.OTHERWISE}", line=line)
 
 
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says; `notes` of the
-    samples say what was made of it.
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says.
 
-    Raises DatasetError if the table is malformed; ColumnsUnknownError if its columns are not understood;
-    UnitsUnknownError if it says too little, and `reading` does not say it.
+    Raises ColumnsUnknownError if its columns are not understood, UnitsUnknownError if it says too little.
     """
     if reading.columns is None and (found := table_on_its_side.transpose_table(content)) is not None:
-        return _on_its_side(*found, reading, path)
+        return _on_its_side(*found, reading)
     layout = table_layout.find(content, reading.columns)
     if layout is None:
         raise ColumnsUnknownError(f"no row of numbers for the columns {reading.columns} found" if reading.columns else
-                                  "no line of column names", path)
-    said = table_columns.said_before(content, layout)
-    symmetry = _symmetry(content, layout, reading, path)
-    columns = table_columns.assign_columns(layout, said, path)
-    cells = table_cells.read(content, layout, columns.indices, path)
+                                  "no line of column names")
+    symmetry = _symmetry(content, layout, reading)
+    columns = table_columns.assign_columns(content, layout)
+    cells = table_cells.read(content, layout, columns.indices)
     if not len(cells.numbers):
-        raise DatasetError(f"{cells.left_out} rows found, none of them complete, expected measurements", path,
-                           layout.line)
+        raise DatasetError(f"{cells.left_out} rows found, none of them complete, expected measurements",
+                           line=layout.line)
     notes = [*cells.notes]
     if layout.texts:
         notes.append(f"Columns of text are not read: {shorten([*layout.texts])}")
@@ -121,67 +80,65 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                      "left out")
 
     def find_line(row: int) -> int:
-        return line_number(content, cells.at[row])
+        return line_number(next(lines(content, cells.at[row])))
 
-    units = [cells.units.get(column, unit) for column, unit in enumerate(layout.units)]
-    directions, values, channels, more = _measurements(columns, cells.numbers, units, said, reading, find_line, path,
-                                                       layout.line)
-    channels, values, of_channels = reflectance(channels, values, path, layout.line, reading)
+    columns.units = [cells.units.get(column, unit) for column, unit in enumerate(layout.units)]
+    directions, values, channels, more = _measurements(columns, cells.numbers, reading, find_line)
+    channels, values, of_channels = reflectance(channels, values, layout.line, reading)
     directions, values, deviation, repeated = average_repeats(directions, values)
-    name = next((said[key] for key in _NAMES if said.get(key)), Path(path).stem)
-    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name, str(path),
-                      (*notes, *more, *of_channels, *repeated), deviation=deviation)
+    name = next((columns.said[key] for key in _NAMES if columns.said.get(key)), "")
+    samples = Samples(*map_directions(np.asarray, directions.T), values, channels, name,
+                      notes=(*notes, *more, *of_channels, *repeated), deviation=deviation)
     return decide_symmetry(unmeasured.remove_unmeasured(samples, reading), reading, symmetry)
 
 
-def _on_its_side(content: bytes, line: int, reading: Reading, path: str | Path) -> Samples:
+def _on_its_side(content: bytes, line: int, reading: Reading) -> Samples:
     """As `read`, of a table whose names are on a line; errors count the columns of the table as it lies."""
     try:
-        samples = read(path, content, reading)
+        samples = read(content, reading)
     except DatasetError as error:
-        said = str(error).removeprefix(printable(f"{path}:{error.line}: ")).removeprefix(printable(f"{path}: "))
         column = f" (column {error.line - line + 1})" if error.line and error.line > line else ""
-        raise type(error)(f"in a table that lies on its side{column}: {said}", path) from error
+        raise type(error)(f"in a table that lies on its side{column}: {error}") from error
     return replace(samples, notes=("The table lies on its side: a line for each name", *samples.notes))
 
 
-def _measurements(columns: Columns, numbers: FloatArray, units: list[str | None], said: dict[str, str],
-                  reading: Reading, find_line: Callable[[int], int], path: str | Path,
-                  line: int) -> tuple[FloatArray, FloatArray, Sequence[str], list[str]]:
+def _measurements(columns: Columns, numbers: FloatArray, reading: Reading,
+                  find_line: Callable[[int], int]) -> tuple[FloatArray, FloatArray, Sequence[str], list[str]]:
     """Directions, (n, 4) radians, values of the BRDF, the names of their columns, and notes of how they are read."""
-    unit = table_columns.unit_of_angles(columns, units, said, reading, path, line)
-    what, note, said_cosine = table_columns.quantity(columns, units, said, reading, path, line)
+    unit = table_columns.unit_of_angles(columns, reading)
+    what, note, said_cosine = table_columns.quantity(columns, reading)
     angles = columns.angles(numbers)
-    in_degrees = _are_degrees(unit, angles, reading, path, line)
-    check_angles(angles, find_line, path, in_degrees, signed=True)
+    in_degrees = _are_degrees(unit, angles, reading, columns.line)
+    check_angles(angles, find_line, in_degrees, signed=True)
     notes = [angles_note(in_degrees, unit, reading)]
     values, channels = numbers[:, [*columns.values]], [value.channel for value in columns.values.values()]
     if (wavelength := columns.roles.get(WAVELENGTH)) is not None:
-        in_microns = {"um": True, "nm": False}.get(units[wavelength] or "")
+        in_microns = {"um": True, "nm": False}.get(columns.units[wavelength] or "")
         angles, values, channels, in_rows = _wavelengths_to_columns(
-            angles, numbers[:, wavelength], values[:, 0], in_microns, path, line)
+            angles, numbers[:, wavelength], values[:, 0], in_microns, columns.line)
         notes.append(in_rows)
     directions = np.radians(angles) if in_degrees else angles
     if columns.is_scan:
-        side = table_columns.mirror_side(said)
+        side = table_columns.mirror_side(columns)
         directions, sides = plane.directions(directions[:, 0], directions[:, 2], values, side)
         notes.append(sides)
     elif (directions[:, [0, 2]] < 0).any():
-        directions = _on_the_other_side(directions)
+        theta, phi = directions[:, [0, 2]], directions[:, [1, 3]]
+        directions = np.stack([np.abs(theta), phi + np.pi * (theta < 0)], axis=2).reshape(-1, 4)
         notes.append("Polar angles below 0 are on the other side of the normal")
     if (standard := columns.roles.get(STANDARD)) is not None:
-        reflected = parse_number(said.get("standard", "1").encode(), path)
-        values = _divide_by_standard(values, numbers[:, standard], reflected, find_line, path)
+        reflected = parse_number(columns.said.get("standard", "1").encode())
+        values = _divide_by_standard(values, numbers[:, standard], reflected, find_line)
         notes.append(f"Divided by a standard of reflectance {reflected:g}")
     notes += [note] if note else []
     contradicts = "; the file says otherwise" if said_cosine not in ("", what.cosine) else ""
     asked = "" if reading.quantity is None else f", as asked{contradicts}"
-    directions, values, of_quantity = to_brdf(directions, values, what, asked, path, line)
+    directions, values, of_quantity = to_brdf(directions, values, what, asked, columns.line)
     return directions, values, channels, [*notes, *of_quantity]
 
 
 def _wavelengths_to_columns(angles: FloatArray, wavelengths: FloatArray, values: FloatArray, in_microns: bool | None,
-                           path: str | Path, line: int) -> tuple[FloatArray, FloatArray, list[str], str]:
+                           line: int) -> tuple[FloatArray, FloatArray, list[str], str]:
     """Of a table with a row for each wavelength, (n,), one for each pair of directions that has all of them, in the
     order in which they begin: angles, (m, 4), values, (m, bands), channels such as 550nm, and a note.
 
@@ -196,57 +153,51 @@ def _wavelengths_to_columns(angles: FloatArray, wavelengths: FloatArray, values:
     cells = len(first) * len(bands)
     if len(bands) > _MOST_WAVELENGTHS or cells * _LEAST_SHARED > len(values):
         raise DatasetError(f"{len(bands):,} wavelengths at {len(first):,} pairs of directions in {len(values):,} rows "
-                           "found, expected the same wavelengths at all", path, line)
+                           "found, expected the same wavelengths at all", line=line)
     cell = pair * len(bands) + band
     count = np.bincount(cell, minlength=cells)
     mean = (np.bincount(cell, values, cells) / np.maximum(count, 1)).reshape(len(first), len(bands))
     whole = (count > 0).reshape(len(first), len(bands)).all(axis=1)
     if not whole.any():
-        raise DatasetError("no pair of directions has all wavelengths, expected the same at all", path, line)
+        raise DatasetError("no pair of directions has all wavelengths, expected the same at all", line=line)
     kept = np.flatnonzero(whole)[np.argsort(first[whole])]
     lacking = f"; {np.count_nonzero(~whole):,} without some are left out" if not whole.all() else ""
     note = f"{len(bands)} wavelength{'s' * (len(bands) > 1)} at {len(kept):,} pairs of directions, in rows{lacking}"
     return angles[first[kept]], mean[kept], [f"{number:g}nm" for number in bands], note
 
 
-def _on_the_other_side(directions: FloatArray) -> FloatArray:
-    """Directions whose polar angles are not below 0: (n, 4)."""
-    theta, phi = directions[:, [0, 2]], directions[:, [1, 3]]
-    return np.stack([np.abs(theta), phi + np.pi * (theta < 0)], axis=2).reshape(-1, 4)
-
-
-def _symmetry(content: bytes, layout: Layout, reading: Reading, path: str | Path) -> str:
+def _symmetry(content: bytes, layout: Layout, reading: Reading) -> str:
     """The symmetry that a comment says, one of `SYMMETRIES`; of none, if `reading` says it."""
-    comment = next((line for line in lines(content[:layout.titles[1]]) if _SYMMETRY.match(line[0])), None)
+    comment = next((line for line in lines(content, end=layout.titles) if _SYMMETRY.match(line[0])), None)
     if comment is None or reading.symmetry is not None:
         return NO_SYMMETRY
     text = decode(_SYMMETRY.sub(b"", comment[0]))
     words = frozenset(re.findall(r"[^\W_]+", text.lower())) - _FILLERS
     if words in _SYMMETRIES:
         return _SYMMETRIES[words]
-    raise DatasetError(f"symmetry {text[:40]!r} found, expected 180 degrees, or mirror, or 180 degrees and mirror, "
-                       f"or none", path, line_number(content, comment.start()))
+    raise line_error(comment, f"symmetry {text[:40]!r} found, expected 180 degrees, or mirror, or 180 degrees and "
+                     "mirror, or none")
 
 
-def _are_degrees(unit: str | None, angles: FloatArray, reading: Reading, path: str | Path, line: int) -> bool:
+def _are_degrees(unit: str | None, angles: FloatArray, reading: Reading, line: int) -> bool:
     """Whether angles are degrees; `UnitsUnknownError` if that is not known."""
     if reading.angles is not None:
         return reading.angles == "degrees"
     if unit is None and not look_like_degrees(angles):
         raise UnitsUnknownError("the angles may be degrees or radians: choose which (the option angles of reading; in "
                                 "Blender's import, Angles), or write theta_i[deg] or theta_i[rad], or before this "
-                                "line '# angles: degrees'", path, line)
+                                "line '# angles: degrees'", line=line)
     return unit != "rad"
 
 
-def _divide_by_standard(values: FloatArray, standard: FloatArray, reflected: float, find_line: Callable[[int], int],
-                        path: str | Path) -> FloatArray:
+def _divide_by_standard(values: FloatArray, standard: FloatArray, reflected: float,
+                        find_line: Callable[[int], int]) -> FloatArray:
     """The BRDF, from what the detector read of the sample and of a diffuse standard: a ratio times its BRDF."""
     if not 0 < reflected <= 2:
-        raise DatasetError(f"a standard of reflectance {reflected:g} found, expected 0 to 1", path)
+        raise DatasetError(f"a standard of reflectance {reflected:g} found, expected 0 to 1")
     dark = np.flatnonzero(standard <= 0)
     if len(dark):
-        raise DatasetError(f"the standard reads {standard[dark[0]]:g}, expected more than 0", path, find_line(dark[0]))
+        raise DatasetError(f"the standard reads {standard[dark[0]]:g}, expected more than 0", line=find_line(dark[0]))
     return np.asarray(values / standard[:, None] * (reflected / np.pi))
 
 

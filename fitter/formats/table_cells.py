@@ -1,26 +1,21 @@
 """The numbers of a table, whatever sign its decimals have.
 
-**A column proves its own decimal sign.** What follows the last sign of a number, where it has two kinds, is its
-decimals; a sign that comes twice groups thousands; so does one after which there are never other than three digits,
-where the other sign is proven. 987.5 beside 1,234 is a thousand and more; 0,5 and 1,234 are decimals, since no
-thousands begin with 0. A column that proves nothing is written as the other columns are; where none proves anything, a
-comma is a decimal sign, and the notes say so. A column that proves both is refused.
-
-No-break spaces and apostrophes group digits, too. The signs of degrees and of percent may follow a number.
+**A column proves its own decimal sign.** What follows the last sign of a number that has two kinds is its decimals; a
+sign that comes twice groups thousands; so does one with never other than three digits after it, where the other sign is
+proven; no thousands begin with 0. A column that proves nothing is written as the others are; where none proves
+anything, a comma is a decimal sign, and the notes say so. No-break spaces and apostrophes group digits, too.
 """
 
 import re
 from array import array
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..errors import DatasetError
 from .table_layout import MISSING, Layout, is_comment, split
-from .text import decode, floats, line_number, lines, parse_number
+from .text import decode, floats, line_error, lines, parse_number
 
 _GROUPING = tuple(space.encode() for space in "\u00a0\u202f\u2009\u2019") + (b"\xa0",)      # the last in Latin-1
 _DEGREE = (b"\xc2\xb0", b"\xc2\xba", b"\xb0")
@@ -30,26 +25,17 @@ _THOUSANDS = re.compile(rb"[-+]?[1-9]\d{0,2}(?:([.,])\d{3})(?:\1\d{3})*")
 class Cells(NamedTuple):
     """The complete rows of a table."""
 
-    numbers: FloatArray
-    """(n, columns); 0 in columns that are not read."""
-    at: "array[int]"
-    """Where in the content each row begins."""
-    left_out: int
-    """Rows with missing cells."""
-    units: dict[int, str]
-    """Of the columns whose numbers have the sign of degrees or of percent: "deg" or "%"."""
-    notes: list[str]
-    """What was made of decimal signs, where nothing proves them."""
+    numbers: FloatArray         # (n, columns); 0 in columns that are not read
+    at: "array[int]"            # where in the content each row begins
+    left_out: int               # rows with missing cells
+    units: dict[int, str]       # of the columns whose numbers have the sign of degrees or of percent: "deg" or "%"
+    notes: list[str]            # what was made of decimal signs, where nothing proves them
 
 
-def read(content: bytes, layout: Layout, used: Sequence[int], path: str | Path) -> Cells:
-    """Read the rows of a table, `used` of its columns.
-
-    Raises DatasetError if a cell is no number, if a row has more cells than there are names, or if the decimal signs
-    of a column contradict each other.
-    """
+def read(content: bytes, layout: Layout, used: Sequence[int]) -> Cells:
+    """Read the rows of a table, `used` of its columns."""
     count, separator, rest = len(layout.names), layout.separator, content[layout.start:]
-    signs, notes = _decimal_signs(content, layout, used, path)
+    signs, notes = _decimal_signs(content, layout, used)
     is_plain = rest.isascii() and not any(each in rest for each in (b'"', b"'", b"%")) and len({*signs.values()}) == 1
     sign = signs[used[0]]
     numbers, at, left_out = array("d"), array("q"), 0
@@ -66,8 +52,7 @@ def read(content: bytes, layout: Layout, used: Sequence[int], path: str | Path) 
         if values is None:          # empty cells (a first one that is white space is not there), signs, or a mistake
             cells = split(line, separator)
             if len(cells) > count:
-                raise DatasetError(f"more than {count} cells found, expected one for each name", path,
-                                   line_number(content, row.start()))
+                raise line_error(row, f"more than {count} cells found, expected one for each name")
             chosen = [cells[k] if k < len(cells) else b"" for k in used]
             if (len(cells) < count and separator is None) or not MISSING.isdisjoint(cell.lower() for cell in chosen):
                 left_out += 1
@@ -77,7 +62,7 @@ def read(content: bytes, layout: Layout, used: Sequence[int], path: str | Path) 
                     units[column] = "%"
                 elif cell.endswith(_DEGREE):
                     units.setdefault(column, "deg")
-            values = [parse_number(_plain(_bare(cell), signs[column]), path, content, row.start())
+            values = [parse_number(_plain(_bare(cell), signs[column]), row)
                       for column, cell in zip(used, chosen, strict=True)]
         numbers.extend(values)
         at.append(row.start())
@@ -100,8 +85,7 @@ def _plain(cell: bytes, sign: bytes) -> bytes:
     return cell.replace(b".", b"").replace(b",", b".") if sign == b"," else cell.replace(b",", b"")
 
 
-def _decimal_signs(content: bytes, layout: Layout, used: Sequence[int],
-                   path: str | Path) -> tuple[dict[int, bytes], list[str]]:
+def _decimal_signs(content: bytes, layout: Layout, used: Sequence[int]) -> tuple[dict[int, bytes], list[str]]:
     """The decimal sign of each column, and notes on those that prove nothing."""
     rest, proven, is_open = content[layout.start:], dict.fromkeys(used, b""), dict.fromkeys(used, b"")
     if b"," not in rest or (layout.separator == b"," and b'"' not in rest):
@@ -118,8 +102,8 @@ def _decimal_signs(content: bytes, layout: Layout, used: Sequence[int],
             if not is_proof:
                 is_open[k] = is_open[k] or (_bare(cells[k]) if sign else b"")
             elif sign != (proven[k] or sign):
-                raise DatasetError(f"'{decode(cells[k])[:24]}' found in the column {layout.names[k][:24]!r}, whose "
-                                   "numbers above have another decimal sign", path, line_number(content, row.start()))
+                raise line_error(row, f"'{decode(cells[k])[:24]}' found in the column {layout.names[k][:24]!r}, whose "
+                                 "numbers above have another decimal sign")
             else:
                 proven[k] = sign
         known = sum(sign == b"," for sign in proven.values())

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -30,8 +29,11 @@ _SAID_QUANTITIES = {        # whether they are reflectance factors, and in perce
 
 @dataclass
 class Columns:
-    """What the columns of a table are, by their numbers."""
+    """What the columns of a table are, by their numbers, and what is said of them."""
 
+    line: int                       # of their names, for errors
+    units: list[str | None]         # as `Layout.units`
+    said: dict[str, str]            # what comments and title lines before the names say, by keyword in lower case
     # the columns of angles (`names.ANGLES`), of the wavelength and of the standard, as far as they are there
     roles: dict[str, int] = field(default_factory=dict)
     values: dict[int, names.Value] = field(default_factory=dict)
@@ -57,21 +59,17 @@ class Columns:
         return angles
 
 
-def said_before(content: bytes, layout: Layout) -> dict[str, str]:
-    """What comments and title lines before the names say, by keyword in lower case."""
-    begin, end = layout.titles
-    matches = (_SAID.match(line[0]) for line in lines(content[begin:end]))
-    return {decode(match[1]).strip().lower(): decode(match[2]).strip() for match in matches if match}
-
-
-def assign_columns(layout: Layout, said: dict[str, str], path: str | Path) -> Columns:
+def assign_columns(content: bytes, layout: Layout) -> Columns:
     """What the columns of a table are, by their names and by what is said before them.
 
     Raises ColumnsUnknownError if their names mean nothing, or too little.
     """
     if len(layout.names) > MOST_COLUMNS:
-        raise DatasetError(f"more than {MOST_COLUMNS} columns found", path, layout.line)
-    found, unknown = _classify(layout, path)
+        raise DatasetError(f"more than {MOST_COLUMNS} columns found", line=layout.line)
+    matches = (_SAID.match(line[0]) for line in lines(content, end=layout.titles))
+    said = {decode(match[1]).strip().lower(): decode(match[2]).strip() for match in matches if match}
+    found = Columns(layout.line, layout.units, said)
+    unknown = _classify(found, layout)
     known = {*found.roles}
     for key, text in said.items():
         role, number = _AZIMUTH.get(names.role(key) or "", names.role(key)), _NUMBER.fullmatch(text)
@@ -96,10 +94,10 @@ def assign_columns(layout: Layout, said: dict[str, str], path: str | Path) -> Co
     if missing or unknown:
         lacking = f"expected also {', '.join(missing)}" if missing else (
             f"of which {', '.join(unknown[:4])} mean{'s' * (len(unknown) == 1)} nothing here")
-        raise ColumnsUnknownError(f"columns {shorten(layout.names)} found, {lacking}; {OTHERWISE}", path, layout.line)
+        raise ColumnsUnknownError(f"columns {shorten(layout.names)} found, {lacking}; {OTHERWISE}", line=layout.line)
     if names.WAVELENGTH in found.roles and len(found.values) != 1:
         raise ColumnsUnknownError(f"{len(found.values)} columns of values found beside one of wavelengths, expected "
-                                  f"one; {OTHERWISE}", path, layout.line)
+                                  f"one; {OTHERWISE}", line=layout.line)
     return found
 
 
@@ -108,9 +106,9 @@ def shorten(columns: list[str], most: int = 8) -> str:
     return ", ".join(name[:24] for name in columns[:most]) + (" ..." if len(columns) > most else "")
 
 
-def _classify(layout: Layout, path: str | Path) -> tuple[Columns, list[str]]:
-    """The role of each column, or what values it holds; and the names that mean nothing."""
-    found, unknown = Columns(), []
+def _classify(found: Columns, layout: Layout) -> list[str]:
+    """Find the role of each column, or what values it holds; the names that mean nothing."""
+    unknown = []
     # in remote sensing s is the sun
     sun = {names.parse(name).words for name in layout.names} >= {("theta", "s"), ("theta", "v")}
     for column, name in enumerate(layout.names):
@@ -121,63 +119,61 @@ def _classify(layout: Layout, path: str | Path) -> tuple[Columns, list[str]]:
             role = role.replace("_s", "_i")
         role = _AZIMUTH.get(role or "", role)
         if role in found.roles:
-            raise ColumnsUnknownError(f"'{name[:40]}' is the second column of its kind; {OTHERWISE}", path, layout.line)
+            raise ColumnsUnknownError(f"'{name[:40]}' is the second column of its kind; {OTHERWISE}", line=layout.line)
         if role is not None:
             found.roles |= {role: column} if role != names.BESIDE else {}
         elif (value := names.value(name)) is None:
             unknown.append(name)
         elif value.kind == names.TRANSMITTED:
-            raise DatasetError(f"'{name[:40]}' found, expected a BRDF: transmitted light cannot be used", path,
-                               layout.line)
+            raise DatasetError(f"'{name[:40]}' found, expected a BRDF: transmitted light cannot be used",
+                               line=layout.line)
         else:
             found.values[column] = value
-    return found, unknown
+    return unknown
 
 
-def unit_of_angles(columns: Columns, units: list[str | None], said: dict[str, str], reading: Reading, path: str | Path,
-                   line: int) -> str | None:
+def unit_of_angles(columns: Columns, reading: Reading) -> str | None:
     """The unit of angles, "deg" or "rad", that names, numbers or a comment say; anything, where `reading` says it."""
-    found = {unit for unit in (*(units[column] for role, column in columns.roles.items() if role in ANGLES),
+    found = {unit for unit in (*(columns.units[column] for role, column in columns.roles.items() if role in ANGLES),
                                *(unit for _, unit in columns.constants.values())) if unit}
-    if "angles" in said:
-        word = said["angles"].lower().split(" ")[0].strip(".,")
+    if "angles" in columns.said:
+        word = columns.said["angles"].lower().split(" ")[0].strip(".,")
         unit = names.find_unit(word)
         found |= {unit or ""} & _ANGULAR or {word} & _STRANGE_UNITS
     if reading.angles is None and (len(found) > 1 or not found <= _ANGULAR):
-        raise DatasetError("angles must all be in degrees, or all in radians", path, line)
+        raise DatasetError("angles must all be in degrees, or all in radians", line=columns.line)
     return " and ".join(sorted(found)) or None
 
 
-def quantity(columns: Columns, units: list[str | None], said: dict[str, str], reading: Reading, path: str | Path,
-             line: int) -> tuple[Quantity, str, str]:
+def quantity(columns: Columns, reading: Reading) -> tuple[Quantity, str, str]:
     """What the values are, a note of it, and the cosine that the file says; as `reading` says where it does.
 
     Raises UnitsUnknownError if the values may be several things, and `reading` does not say which.
     """
-    kinds = {value.kind for value in columns.values.values()}
+    units, said, kinds = columns.units, columns.said.get("values"), {value.kind for value in columns.values.values()}
     cosines = {value.cosine for value in columns.values.values()}
     percents = {value.percent or units[column] in ("%", "%/sr") for column, value in columns.values.items()}
-    if "values" in said:
-        comment = names.value(said["values"])
-        has_cosine = "cos" in said["values"].lower()
+    if said is not None:
+        comment = names.value(said)
+        has_cosine = "cos" in said.lower()
         cosines = {*(cosines - {""}), comment.cosine if comment and comment.cosine else "?" if has_cosine else ""}
         if comment and comment.kind != names.UNSAID:
             kinds = {*(kinds - {names.UNSAID}), comment.kind}
-        if (comment and comment.percent) or names.find_unit(said["values"]) in ("%", "%/sr"):
+        if (comment and comment.percent) or names.find_unit(said) in ("%", "%/sr"):
             percents = {True}
     cosine = " and ".join(sorted(cosines))
     if reading.quantity is not None:
         return QUANTITIES[reading.quantity], "", cosine if cosine in ("i", "s") else ""
     if len(cosines) > 1 or not cosines <= {"", "i", "s"}:
         raise UnitsUnknownError("values with a cosine must name it, one for all: BRDF*cos_i or BRDF*cos_o; or choose "
-                                "what they are (the option quantity of reading; in Blender's import, Values)", path,
-                                line)
+                                "what they are (the option quantity of reading; in Blender's import, Values)",
+                                line=columns.line)
     if names.STANDARD in columns.roles:
         return Quantity(cosine, 1.0), "", cosine
     kinds -= {names.UNSAID}
     if len(kinds) > 1 or len(percents) > 1:
         raise UnitsUnknownError("columns of different kinds of values found, expected one for all (the option quantity "
-                                "of reading; in Blender's import, Values)", path, line)
+                                "of reading; in Blender's import, Values)", line=columns.line)
     kind, in_percent = next(iter(kinds), names.UNSAID), True in percents
     per_steradian = any(units[column] == "%/sr" for column in columns.values)
     if in_percent and kind in (names.UNSAID, names.REFLECTANCE) and not per_steradian:
@@ -185,12 +181,12 @@ def quantity(columns: Columns, units: list[str | None], said: dict[str, str], re
     if kind == names.REFLECTANCE or (kind == names.BRDF and in_percent and not per_steradian):
         raise UnitsUnknownError("the values may be the BRDF or a reflectance factor, which is pi times as much: "
                                 "choose which (the option quantity of reading; in Blender's import, Values), or "
-                                "name them BRDF or reflectance_factor", path, line)
+                                "name them BRDF or reflectance_factor", line=columns.line)
     name, note = _SAID_QUANTITIES[kind == names.FACTOR, in_percent]
     return Quantity(cosine, QUANTITIES[name].scale), note, cosine
 
 
-def mirror_side(said: dict[str, str]) -> int:
+def mirror_side(columns: Columns) -> int:
     """The sign of theta_o on the mirror's side, of a comment such as ``positive: mirror side``; 0 without one."""
     return next((sign * PLANE_SIDES[word] for key, sign in (("positive", 1), ("negative", -1))
-                 for word in re.findall("[a-z]+", said.get(key, "").lower()) if word in PLANE_SIDES), 0)
+                 for word in re.findall("[a-z]+", columns.said.get(key, "").lower()) if word in PLANE_SIDES), 0)

@@ -38,7 +38,7 @@ class Layout:
     names: list[str]                # of the columns
     units: list[str | None]         # as `find_unit` has them; None where neither name nor line of units says one
     separator: bytes | None         # None: blanks
-    titles: tuple[int, int]         # the part of the content before the names: its begin and end
+    titles: int                     # where the part of the content before the names ends
     start: int                      # where in the content the rows begin
     line: int                       # of the names, or of the first row where `Reading.columns` names them
     texts: tuple[str, ...] = ()     # names that mean nothing here, of columns of text: in `names` they are `SKIPPED`
@@ -179,7 +179,7 @@ def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator
     texts = [k for k, name in enumerate(shown) if name not in ("", SKIPPED) and names.role(name) is None
              and names.value(name) is None and _is_text([row[k] for row in rows if k < len(row)])]
     return Layout([SKIPPED if k in texts else name for k, name in enumerate(shown)], units, separator,
-                  (0, line.start()), start, line_number(content, line.start()), tuple(shown[k] for k in texts))
+                  line.start(), start, line_number(line), tuple(shown[k] for k in texts))
 
 
 def _is_text(cells: list[bytes]) -> bool:
@@ -195,8 +195,8 @@ def _layout_of_names(content: bytes, cells: list[bytes]) -> Layout | None:
         if len(row) > max(used, default=MOST_COLUMNS) and all(is_cell(row[k]) for k in used) and any(
                 is_number(row[k]) for k in used):
             shown += [SKIPPED] * (len(row) - len(shown))
-            return Layout(shown, [names.parse(name).unit for name in shown], separator, (0, line.start()),
-                          line.start(), line_number(content, line.start()))
+            return Layout(shown, [names.parse(name).unit for name in shown], separator, line.start(),
+                          line.start(), line_number(line))
     return None
 
 

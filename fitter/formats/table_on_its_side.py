@@ -1,13 +1,6 @@
 """A table that lies on its side, as instruments' spreadsheets have it: a line for each name, a column for each
-measurement ::
-
-    Incidence,  10,   10,   20
-    Receive,     0,   10,    0
-    BRDF,      .31,  .32,  .29
-
-Cells are separated by what spreadsheets write: tabs, semicolons, commas or ``|``. The second cell of the lines may be a
-unit. Where the names come again, further lines have further measurements. Lines of text are columns of text, and lines
-before the table are its titles.
+measurement. The second cell of the lines may be a unit. Where the names come again, further lines have further
+measurements. Lines of text are columns of text, and lines before the table are its titles.
 """
 
 from itertools import islice

@@ -1,7 +1,7 @@
 """Parsing numbers in text files, with errors that name the line.
 
-The content stays bytes, is parsed in pieces of about 64 kB, and the numbers go into one array of doubles. A hostile
-file therefore takes hardly more time and memory than a valid one of the same size.
+The content stays bytes, and is parsed in lines, or in pieces of about 64 kB, into one array of doubles: a hostile file
+takes hardly more time and memory than a valid one of the same size.
 """
 
 import math
@@ -9,6 +9,7 @@ import re
 import sys
 from array import array
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 
@@ -22,10 +23,8 @@ from .format import LARGEST_TEXT
 
 _BEGINNING = 400            # bytes by which UTF-16 without a byte-order mark is told: they are in ASCII
 _PRINTED = frozenset(b"\t\r\n" + bytes(range(0x20, 0x7f)))
-_PIECE_PATTERN = rb"(?s:.{0,65535})"
 _LINE_PATTERN = re.compile(rb"\S[^\r\n]*")
-_LINES_PATTERN = re.compile(rb"\S%b[^\r\n]*" % _PIECE_PATTERN)
-_TOKENS = re.compile(rb"\S%b\S*" % _PIECE_PATTERN)
+_TOKENS = re.compile(rb"\S(?s:.{0,65535})\S*")
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _TOKEN = re.compile(rb"\S+")
 
@@ -38,26 +37,31 @@ def read_bytes(path: str | Path, largest: int = LARGEST_TEXT) -> bytes:
     return content
 
 
+@contextmanager
+def name_file(path: str | Path) -> Iterator[None]:
+    """Errors that name no file are of this one."""
+    try:
+        yield
+    except DatasetError as error:
+        if error.path is not None:
+            raise
+        raise type(error)(str(error), path, error.line) from error
+
+
 def is_plain(content: bytes) -> bool:
     """Whether content is text: without zero bytes, but for those of UTF-16."""
     return b"\0" not in content or _utf_16(content) is not None
 
 
-def plain_text(content: bytes, path: str | Path) -> bytes:
-    r"""Text in UTF-8, or as it is, without a byte-order mark; `DatasetError` if the content is binary.
-
-    Examples
-    --------
-    >>> plain_text("30°".encode("utf-16"), "scan.txt").decode()
-    '30°'
-    """
+def plain_text(content: bytes) -> bytes:
+    """Text in UTF-8, or as it is, without a byte-order mark; `DatasetError` if the content is binary."""
     if (encoding := _utf_16(content)) is not None:
         try:
             content = content.decode(encoding).encode()
         except UnicodeDecodeError as error:
-            raise DatasetError(f"damaged text in UTF-16 ({error.reason})", path) from None
+            raise DatasetError(f"damaged text in UTF-16 ({error.reason})") from None
     if b"\0" in content:
-        raise DatasetError("binary content, expected plain text", path)
+        raise DatasetError("binary content, expected plain text")
     return content.removeprefix(b"\xef\xbb\xbf")
 
 
@@ -83,88 +87,59 @@ def decode(text: bytes) -> str:
         return text.decode("latin-1")
 
 
-def lines(content: bytes, start: int = 0) -> Iterator[re.Match[bytes]]:
-    r"""Matches of the lines that are not blank, without leading white space. Lines end with CR, LF or both.
-
-    Examples
-    --------
-    >>> [line[0] for line in lines(b"one\r\n\n  two\rthree")]
-    [b'one', b'two', b'three']
-    """
-    return _LINE_PATTERN.finditer(content, start)
+def lines(content: bytes, start: int = 0, end: int = sys.maxsize) -> Iterator[re.Match[bytes]]:
+    """Matches of the lines that are not blank, without leading white space. Lines end with CR, LF or both."""
+    return _LINE_PATTERN.finditer(content, start, end)
 
 
-def line_number(content: bytes, position: int) -> int:
-    """The number, from 1, of the line that contains a position."""
+def line_number(match: re.Match[bytes]) -> int:
+    """The number, from 1, of the line of the content in which a match begins."""
+    content, position = match.string, match.start()
     ends = sum(content.count(end, 0, position) for end in (b"\n", b"\r"))
     return 1 + ends - content.count(b"\r\n", 0, position)
 
 
-def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Path,
-               separator: bytes | None = b",", end: int = sys.maxsize) -> FloatArray:
-    r"""Parse lines of `count` numbers that are separated by commas, or by another character, or None: by white space.
+def line_error(match: re.Match[bytes], message: str) -> DatasetError:
+    """An error of the line in which a match begins; `formats.load` names the file."""
+    return DatasetError(message, line=line_number(match))
 
-    They stand from the position `start` to `end`; errors say `what` they are.
 
-    Returns
-    -------
-    (rows, count) float64
-
-    Examples
-    --------
-    >>> parse_rows(b"VARS a,b\n1,2\n\n3,4\n", 8, 2, "a and b", "data.astm").tolist()
-    [[1.0, 2.0], [3.0, 4.0]]
+def parse_rows(content: bytes, start: int, count: int, what: str, separator: bytes | None = b",",
+               end: int = sys.maxsize) -> FloatArray:
+    """Parse the lines of `count` numbers from the position `start` to `end`, which a character separates, or None:
+    white space: (rows, count) float64. Errors say `what` they are.
     """
     values = array("d")
-    for piece in _LINES_PATTERN.finditer(content, start, end):
-        rows = [line for line in piece[0].splitlines() if line.strip()]
-        regular = all(len(line.split()) == count if separator is None else line.count(separator) == count - 1
-                      for line in rows)
-        numbers = floats(piece[0], (separator or b" ").join(rows).split(separator)) if regular else None
-        if numbers is None:
-            numbers = [number for line in lines(piece[0]) for number in
-                       parse_row(line[0], separator, count, what, path, content, piece.start() + line.start())]
-        values.extend(numbers)
+    for line in lines(content, start, end):
+        values.extend(parse_row(line, separator, count, what))
     return np.frombuffer(values).reshape(-1, count)
 
 
-def parse_row(line: bytes, separator: bytes | None, count: int, what: str, path: str | Path, content: bytes,
-              position: int) -> list[float]:
-    """Parse one line of `count` numbers; it starts at `position` of the content."""
-    tokens = line.split(separator, count)
+def parse_row(line: re.Match[bytes], separator: bytes | None, count: int, what: str) -> list[float]:
+    """Parse one line of `count` numbers."""
+    tokens = line[0].split(separator, count)
     if len(tokens) != count:
         shown = f"{len(tokens)}" if len(tokens) < count else f"more than {count}"
-        raise DatasetError(f"{shown} entries found, expected {count}: {what}", path, line_number(content, position))
-    numbers = floats(line, tokens)
-    if numbers is None:
-        numbers = [parse_number(token, path, content, position) for token in tokens]
-    return numbers
+        raise line_error(line, f"{shown} entries found, expected {count}: {what}")
+    return floats(line[0], tokens) or [parse_number(token, line) for token in tokens]
 
 
-def parse_numbers(content: bytes, path: str | Path) -> tuple[FloatArray, Callable[[int], int]]:
-    r"""Parse all numbers of a text with comments, which are separated by white space: (n,), and a function from the
+def parse_numbers(content: bytes) -> tuple[FloatArray, Callable[[int], int]]:
+    """Parse all numbers of a text with comments, which are separated by white space: (n,), and a function from the
     index of a number to its line.
-
-    Examples
-    --------
-    >>> numbers, line = parse_numbers(b"# a comment\n1 2 # another\n3", "red.brdf")
-    >>> numbers.tolist(), line(2)
-    ([1.0, 2.0, 3.0], 3)
     """
     text = _COMMENT.sub(b"", content)        # the lines stay
     values = array("d")
     for piece in _TOKENS.finditer(text):
         numbers = floats(piece[0], piece[0].split())
         if numbers is None:         # parse_number raises at the token that is wrong
-            numbers = [parse_number(token[0], path, text, token.start())
-                       for token in _TOKEN.finditer(text, *piece.span())]
+            numbers = [parse_number(token[0], token) for token in _TOKEN.finditer(text, *piece.span())]
         values.extend(numbers)
-    return np.frombuffer(values), lambda index: line_number(
-        text, next(islice(_TOKEN.finditer(text), index, None)).start())
+    return np.frombuffer(values), lambda index: line_number(next(islice(_TOKEN.finditer(text), index, None)))
 
 
-def parse_number(token: bytes, path: str | Path, content: bytes = b"", position: int | None = None) -> float:
-    """Parse a finite number; it starts at `position` of the content, if that is known."""
+def parse_number(token: bytes, at: re.Match[bytes] | None = None) -> float:
+    """Parse a finite number; `at` is where it was found, for the error."""
     try:
         if b"_" in token:
             raise ValueError
@@ -174,33 +149,33 @@ def parse_number(token: bytes, path: str | Path, content: bytes = b"", position:
         expected = "a finite number"
     except ValueError:
         expected = "a number"
-    line = None if position is None else line_number(content, position)
-    raise DatasetError(f"{_quote(token)} found, expected {expected}", path, line)
+    message = f"{_quote(token)} found, expected {expected}"
+    raise DatasetError(message) if at is None else line_error(at, message)
 
 
-def check_angles(angles: FloatArray, line: Callable[[int], int], path: str | Path, in_degrees: bool = False,
+def check_angles(angles: FloatArray, line: Callable[[int], int], in_degrees: bool = False,
                  signed: bool = False) -> None:
     """Raise `DatasetError` for the first row of `names.ANGLES`, (n, 4) radians or degrees, with a polar angle outside 0
     to pi/2, or with an azimuth beyond `LARGEST_AZIMUTH`, which is no angle.
 
     Polar angles may be `signed`; `line` maps a row to its line number.
     """
-    check_thetas(np.abs(angles[:, [0, 2]]) if signed else angles[:, [0, 2]], line, path, in_degrees)
+    check_thetas(np.abs(angles[:, [0, 2]]) if signed else angles[:, [0, 2]], line, in_degrees)
     phis = angles[:, [1, 3]]
     bad = np.argwhere(np.abs(phis) > LARGEST_AZIMUTH)
     if len(bad):
         row, column = bad[0]
-        raise DatasetError(f"an azimuth of {phis[row, column]:g} found, expected at most {LARGEST_AZIMUTH:,.0f}", path,
-                           line(row))
+        raise DatasetError(f"an azimuth of {phis[row, column]:g} found, expected at most {LARGEST_AZIMUTH:,.0f}",
+                           line=line(row))
 
 
-def check_thetas(thetas: FloatArray, line: Callable[[int], int], path: str | Path, in_degrees: bool = False) -> None:
+def check_thetas(thetas: FloatArray, line: Callable[[int], int], in_degrees: bool = False) -> None:
     """`check_angles` of polar angles alone, (n, k)."""
     most, expected = (90 + 5e-4, "90 degrees") if in_degrees else (HORIZON + 1e-5, "pi/2 radians")
     bad = np.argwhere((thetas < 0) | (thetas > most))
     if len(bad):
         row, column = bad[0]
-        raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to {expected}", path, line(row))
+        raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to {expected}", line=line(row))
 
 
 def floats(text: bytes, tokens: Sequence[bytes]) -> list[float] | None:

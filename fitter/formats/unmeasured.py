@@ -1,9 +1,8 @@
-"""Values toward the horizon that nobody measured: lines that software drew where an instrument had ended.
+"""Values toward the horizon that nobody measured: lines that software drew where an instrument had ended, at some 75
+degrees, straight to 0 at the horizon, with the last value, or with zeros. They would give every ball a dark rim.
 
-Goniometers end at some 75 degrees, and what writes their files goes on: straight to 0 at the horizon, with the last
-value, or with zeros. A reader that takes such values for measurements gives every ball a dark rim. They are told by
-what no measurement does: in nearly all lines of directions, along theta_o or along theta_i, all values beyond one angle
-follow from the value there.
+They are told by what no measurement does: in nearly all lines of directions, along theta_o or along theta_i, all values
+beyond one angle follow from the value there.
 """
 
 from dataclasses import replace

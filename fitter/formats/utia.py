@@ -1,26 +1,6 @@
-"""UTIA's database of anisotropic reflectance (.bin).
+"""UTIA's database of anisotropic reflectance (.bin): float64, whose encoding is not written down (docs/layouts.md,
+UTIA). Where a direction is the normal, the sample is the mean of the 48 azimuths."""
 
-Measured by J. Filip, R. Vavra: Template-Based Sampling of Anisotropic BRDFs, Computer Graphics Forum 33(7), 2014.
-Owner's page: http://btf.utia.cas.cz
-
-Layout: nothing but float64, little-endian: planes of red, green and blue; in each a row for each incident and a column
-for each outgoing direction, 288 of either: theta 0 to 75 degrees in steps of 15, and for each phi 0 to 352.5 degrees in
-steps of 7.5, which change faster. The size and plausible numbers are the only marks.
-
-What the numbers are is not written down, and readers differ; the option `Reading.encoding` chooses:
-
-raw
-    The BRDF, linear (the default).
-srgb
-    Encoded as sRGB, and decoded here.
-srgb140
-    Encoded as sRGB times 140, less than 0 cut; decoded, times 100.
-
-Limits: where a direction is the normal, it has no azimuth: the sample is the mean of the 48. Colours are linear sRGB.
-Whether a material is isotropic is found from its values.
-"""
-
-from pathlib import Path
 
 import numpy as np
 
@@ -53,10 +33,10 @@ def recognises(content: bytes) -> bool:
     return bool(len(sizes) and sizes.max() <= LARGEST_VALUE and _SMALLEST < np.median(sizes) < _LARGEST)
 
 
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .bin file. Raises DatasetError if the size or the numbers are no such file's."""
     if not recognises(content):
-        raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
+        raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances")
     stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)
     values = np.moveaxis(_decode(stored, reading.encoding), 0, -1).copy()       # (theta_i, phi_i, theta_o, phi_o, 3)
     values[0, 0] = values[0].mean(axis=0)
@@ -67,7 +47,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
     directions = map_directions(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes)
     values = values[distinct]
-    samples = Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],))
+    samples = Samples(*directions, values, RGB, "", notes=(_NOTES[reading.encoding],))
     return decide_symmetry(samples, reading)
 
 

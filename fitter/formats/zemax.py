@@ -1,56 +1,12 @@
-"""Zemax's table of scattered light (.bsdf), as Radiant's Imaging Sphere and other scatterometers write it.
+"""Zemax's table of scattered light (.bsdf), about the direction of specular reflection, as Radiant's Imaging Sphere and
+other scatterometers write it: reflection only (docs/layouts.md, Zemax, with the sign of the sample's rotation).
 
-Defined by R. Rykowski: BSDF Data Interchange File Format Specification, Radiant Imaging, 2008; now
-https://support.zemax.com, "Zemax Tabular BSDF data file format".
-
-Layout: text with comments from # to the end of the line; four lines of a keyword and a word; four of a keyword and a
-number, each with a line of as many angles in degrees; and the tables, one for SpectralContent Monochrome, three for
-XYZ. A table has for each angle of incidence a line TIS and for each azimuth a line of a value for each radial angle,
-1/sr ::
-
-    Source	Measured
-    Symmetry	PlaneSymmetrical
-    SpectralContent	Monochrome
-    ScatterType	BRDF
-    SampleRotation	1
-    0
-    AngleOfIncidence	2
-    10	30
-    ScatterAzimuth	3
-    0	90	180
-    ScatterRadial	2
-    0	40
-
-    Monochrome
-    DataBegin
-    TIS	0.0386
-    3.48	0.0213
-    ...
-    DataEnd
-
-Azimuth and radial angle are about the direction of specular reflection: radial is the angle from it, and azimuth 0 goes
-towards the normal; azimuths rise counter-clockwise, seen against that direction. A file of several sample rotations, of
-an anisotropic material, has the angles of incidence for each of them. Symmetry PlaneSymmetrical, and PlaneSymmetrical4D
-of several rotations, say that azimuths from 0 to 180 degrees stand for those from 180 to 360; Asymmetrical and
-Asymmetrical4D do not.
-
-A sample that is rotated by r, counter-clockwise seen from above, sees the light at the azimuth phi_i = -r: the tangent
-points to where the light is at rotation 0. The specification draws r as an angle between the surface's X axis and the
-normal of the plane of incidence, without its sign. This one is that of the University of Arizona's instrument, the
-origin of the one real file at hand; reciprocity speaks for it there, if not loudly (the scatter of logarithms of
-reciprocal pairs is .79, with the other sign .83).
-
-Limits: reflection only. A value of 0 stands for a direction that was not measured, most often one below the horizon,
-and is left out. All lines at radial 0 are one direction: the sample is their mean. XYZ are taken to be relative to D65.
-TIS, the share of light that is scattered, scales nothing here; a note has it beside the integral of the values where
-they differ by more than a tenth.
-Whether a material of three rotations or more is anisotropic is found from the values; of fewer, it cannot be.
+A value of 0 stands for a direction that was not measured. All lines at radial 0 are one direction, their mean.
 """
 
 import re
 from dataclasses import replace
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 
@@ -62,7 +18,7 @@ from .isotropy import decide_symmetry
 from .reading import BY_DEFAULT, Reading
 from .scattered import weights
 from .spectra import XYZ_TO_SRGB
-from .text import decode, floats, line_number, lines, parse_number, parse_row, parse_rows
+from .text import decode, floats, line_error, lines, parse_number, parse_row, parse_rows
 
 _WORD_KEYS = "Symmetry", "SpectralContent", "ScatterType"
 _ANGLES = {"SampleRotation": (-360, 360), "AngleOfIncidence": (0, 90), "ScatterAzimuth": (-360, 360),
@@ -83,31 +39,26 @@ _TOLD = 0.1                 # of the TIS, by which it and the integral differ wh
 _ZEMAX_HORIZON = 1e-9       # cosine below which a direction is on the horizon, but for rounding
 
 
-def recognises(content: bytes) -> bool:
-    """Whether a line starts with one of Zemax's angles."""
-    return _MARK.search(content) is not None
-
-
-def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+def read(content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a Zemax file; XYZ becomes linear sRGB. Raises DatasetError if it is malformed, or of transmitted light."""
-    words, angles = _header(path, content)
-    tables, totals = _tables(path, content, angles)
+    words, angles = _header(content)
+    tables, totals = zip(*(_table(begin, angles) for begin in islice(_BEGIN.finditer(content), 4)), strict=True)
     expected = 3 if words["SpectralContent"] == "XYZ" else 1
     if len(tables) != expected:
         raise DatasetError(f"{len(tables)} tables found, expected {expected} for the SpectralContent "
-                           f"{words['SpectralContent']}", path)
+                           f"{words['SpectralContent']}")
     shape = [len(angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
     values = (np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]).reshape(*shape, expected)
     notes = _totals_note(angles, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))      # Y of XYZ
     measured = _is_measured(values, angles["ScatterRadial"] == 0)
     directions = _directions(angles, measured)
     if not measured.any():
-        raise DatasetError("no measurement above the horizon: all values are 0", path)
+        raise DatasetError("no measurement above the horizon: all values are 0")
     values = values[measured]
     channels: tuple[str, ...] = ("grey",)
     if expected == 3:
         channels, values = RGB, values @ XYZ_TO_SRGB.T
-    samples = decide_symmetry(Samples(*directions, values, channels, Path(path).stem, str(path), notes), reading)
+    samples = decide_symmetry(Samples(*directions, values, channels, "", notes=notes), reading)
     symmetrical = words["Symmetry"].lower().startswith("planesymmetrical")
     if samples.isotropic:
         lacks = not symmetrical and not np.ptp(samples.phi_i)
@@ -172,91 +123,77 @@ def _totals_note(angles: _Angles, values: FloatArray, totals: FloatArray) -> tup
             f"{np.count_nonzero(apart > _TOLD):,} of {apart.size:,} differ by more than a tenth",)
 
 
-def _header(path: str | Path, content: bytes) -> tuple[dict[str, str], _Angles]:
+def _header(content: bytes) -> tuple[dict[str, str], _Angles]:
     """Read what stands before the tables, words and angles by keyword, and refuse what is not a BRDF."""
     begin = _BEGIN.search(content)
     if begin is None:
-        raise DatasetError("no line DataBegin", path)
+        raise DatasetError("no line DataBegin")
     if _LIGHTTOOLS.match(content, begin.end()):
-        raise DatasetError("a BSDF of LightTools, which is not read; export it as Zemax .bsdf, or write its "
-                           "reflectance as a table with column names", path, line_number(content, begin.start()))
+        raise line_error(begin, "a BSDF of LightTools, which is not read; export it as Zemax .bsdf, or write its "
+                         "reflectance as a table with column names")
     words: dict[str, str] = {}
     angles: _Angles = {}
     for line in _ZEMAX_KEYWORD.finditer(content, 0, begin.start()):
         keyword = decode(line[1])
         if keyword in words or keyword in angles:
-            raise DatasetError(f"{keyword} a second time", path, line_number(content, line.start(1)))
+            raise line_error(line, f"{keyword} a second time")
         if keyword in _WORD_KEYS:
             words[keyword] = decode(line[2])
         else:
-            angles[keyword] = _angles(path, content, line, begin.start(), _ANGLES[keyword])
+            angles[keyword] = _angles(line, begin.start(), _ANGLES[keyword])
     missing = [keyword for keyword in (*_WORD_KEYS, *_ANGLES) if keyword not in words and keyword not in angles]
     if missing:
-        raise DatasetError(f"no line {', '.join(missing)} before DataBegin", path)
-    _check_words(words, path)
+        raise DatasetError(f"no line {', '.join(missing)} before DataBegin")
+    symmetry, spectrum, scatter = (words[name] for name in _WORD_KEYS)
+    if scatter.upper() != "BRDF":
+        raise DatasetError(f"ScatterType {scatter} found, expected BRDF: transmitted light cannot be used")
+    if symmetry.lower().removesuffix("4d") not in ("planesymmetrical", "asymmetrical"):
+        raise DatasetError(f"Symmetry {symmetry} found, expected PlaneSymmetrical or Asymmetrical, or either with 4D")
+    if spectrum not in ("Monochrome", "XYZ"):
+        raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ")
     return words, angles
 
 
-def _angles(path: str | Path, content: bytes, line: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
+def _angles(line: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
     """The angles in degrees on the line after a keyword and their number."""
     keyword = decode(line[1])
-    count = parse_number(line[2], path, content, line.start(2))
-    row = next(lines(content[:end], line.end()), None)
-    if not 1 <= count <= len(content) or count != int(count) or row is None:
-        raise DatasetError(f"{keyword} {count:g} found, expected a number of angles, and these on the next line", path,
-                           line_number(content, line.start(1)))
-    numbers = np.array(parse_row(row[0], None, int(count), f"the angles of {keyword}", path, content, row.start()))
+    count = parse_number(line[2], line)
+    row = next(lines(line.string, line.end(), end), None)
+    if not 1 <= count <= len(line.string) or count != int(count) or row is None:
+        raise line_error(line, f"{keyword} {count:g} found, expected a number of angles, and these on the next line")
+    numbers = np.array(parse_row(row, None, int(count), f"the angles of {keyword}"))
     if numbers.min() < limits[0] or numbers.max() > limits[1]:
-        raise DatasetError(f"{keyword} from {numbers.min():g} to {numbers.max():g} found, expected {limits[0]} to "
-                           f"{limits[1]} degrees", path, line_number(content, row.start()))
+        raise line_error(row, f"{keyword} from {numbers.min():g} to {numbers.max():g} found, expected {limits[0]} to "
+                         f"{limits[1]} degrees")
     return numbers
 
 
-def _check_words(words: dict[str, str], path: str | Path) -> None:
-    symmetry, spectrum, scatter = (words[name] for name in _WORD_KEYS)
-    if scatter.upper() != "BRDF":
-        raise DatasetError(f"ScatterType {scatter} found, expected BRDF: transmitted light cannot be used", path)
-    if symmetry.lower().removesuffix("4d") not in ("planesymmetrical", "asymmetrical"):
-        raise DatasetError(f"Symmetry {symmetry} found, expected PlaneSymmetrical or Asymmetrical, or either with 4D",
-                           path)
-    if spectrum not in ("Monochrome", "XYZ"):
-        raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ", path)
-
-
-def _tables(path: str | Path, content: bytes, angles: _Angles) -> tuple[list[FloatArray], list[FloatArray]]:
-    """The values of each channel, (rotation x incidence, azimuth, radial) each, and their TIS, (rotation x incidence).
-    """
-    tables, totals = [], []
-    for begin in islice(_BEGIN.finditer(content), 4):
-        end = _DATA_END.search(content, begin.end())
-        if end is None:
-            raise DatasetError("no line DataEnd after DataBegin", path, line_number(content, begin.start()))
-        values, said = _table(path, content, begin.end(), end.start(), angles)
-        tables.append(values)
-        totals.append(said)
-    return tables, totals
-
-
-def _table(path: str | Path, content: bytes, start: int, end: int, angles: _Angles) -> tuple[FloatArray, FloatArray]:
-    """The values between DataBegin and DataEnd, and their TIS."""
+def _table(begin: re.Match[bytes], angles: _Angles) -> tuple[FloatArray, FloatArray]:
+    """The values between DataBegin and DataEnd, (rotation x incidence, azimuth, radial), and their TIS, (rotation x
+    incidence)."""
+    content, start = begin.string, begin.end()
+    data_end = _DATA_END.search(content, start)
+    if data_end is None:
+        raise line_error(begin, "no line DataEnd after DataBegin")
+    end = data_end.start()
     incidences, azimuths, radials = (angles[name] for name in _TABLE_KEYS)
     most = len(angles["SampleRotation"]) * len(incidences)
     totals = [*islice(_TIS.finditer(content, start, end), most + 1)]
     if len(totals) != most:
         shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"
-        raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence and sample "
-                           f"rotation", path, line_number(content, start))
+        raise line_error(begin, f"{shown} lines TIS found, expected {most}, one for each angle of incidence and sample "
+                         f"rotation")
     if content[start:totals[0].start()].strip():
-        raise DatasetError("expected a line TIS after DataBegin", path, line_number(content, start))
+        raise line_error(begin, "expected a line TIS after DataBegin")
     blocks = []
-    for first, last in zip((line.end() for line in totals), [*(line.start() for line in totals[1:]), end], strict=True):
-        block = parse_rows(content, first, len(radials), "a value for each angle of ScatterRadial", path, None, last)
+    for total, last in zip(totals, [*(line.start() for line in totals[1:]), end], strict=True):
+        block = parse_rows(content, total.end(), len(radials), "a value for each angle of ScatterRadial", None, last)
         if len(block) != len(azimuths):
-            raise DatasetError(f"{len(block)} rows found, expected {len(azimuths)}, one for each angle of "
-                               f"ScatterAzimuth", path, line_number(content, first))
+            raise line_error(total, f"{len(block)} rows found, expected {len(azimuths)}, one for each angle of "
+                             f"ScatterAzimuth")
         blocks.append(block)
     said = np.array([(floats(line[1], line[1].split()) or [np.nan])[0] for line in totals])
     return np.array(blocks) if len(blocks) > 1 else blocks[0][None], said
 
 
-FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), recognises, read, ("isotropic", "symmetry"), largest=_LARGEST)
+FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), _MARK.search, read, ("isotropic", "symmetry"), largest=_LARGEST)

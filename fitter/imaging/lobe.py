@@ -1,8 +1,6 @@
-"""The lobe of a reflectance: the surface whose distance from the origin tells the value in each outgoing direction.
-
-Its vertices are close together about the mirror direction and, less so, about the incident one, so that highlights a
-fraction of a degree wide are met. Their number, and the faces, do not depend on the direction.
-"""
+"""The lobe of a reflectance: the surface whose distance from the origin tells the value in each outgoing direction. Its
+vertices are closest about the mirror direction and, less so, about the incident one, so that highlights a fraction of a
+degree wide are met. Their number, and the faces, do not depend on the direction."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -34,11 +32,8 @@ class Lobe:
 
 def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: int = 64, columns: int = 128,
                  radius: Radius = "cube root") -> Lobe:
-    """The lobe for one direction of incidence, radians.
-
-    It has ``1 + rows * columns`` vertices; columns are a multiple of 4. The radius says what a vertex's distance from
-    the origin is of its value: the mean of the channels, not below 0.
-    """
+    """The lobe for one direction of incidence, radians: ``1 + rows * columns`` vertices, of columns a multiple of 4.
+    The radius is what a vertex's distance from the origin is of its value: the mean of the channels, not below 0."""
     theta = _positions_denser_near(theta_i, np.pi / 2, rows)
     # a step in azimuth is short near the normal
     quarter = _growing(np.pi / 2, columns // 4, min(_FINEST_ANGLE / max(np.sin(theta_i), 1e-9), np.pi))
@@ -54,8 +49,8 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
 
 
 def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """The values in the plane of incidence: outgoing angles from -pi/2, grazing on the light's side, to pi/2, radians,
-    (k,), the mirror direction among them; and (k, channels), 1/sr."""
+    """Outgoing angles in the plane of incidence from -pi/2, grazing on the light's side, to pi/2, radians, (k,), the
+    mirror direction among them; and the values there, (k, channels), 1/sr."""
     side = _positions_denser_near(theta_i, np.pi / 2, _ON_ONE_SIDE)
     theta = np.concatenate([-side[:0:-1], side])
     return theta, evaluate_in_plane(model, theta_i, phi_i, theta)

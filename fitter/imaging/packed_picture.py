@@ -1,7 +1,5 @@
-"""A small picture of a lit sphere as text, which a material keeps: 128 pixels square in some 10 KB.
-
-Neighbouring pixels differ little, so differences along a row are compressed. What the sphere covers is known.
-"""
+"""A small picture of a lit sphere as text, which a material keeps: 128 pixels square in some 10 KB, as differences
+along rows are compressed, and what the sphere covers is known."""
 
 import base64
 import zlib

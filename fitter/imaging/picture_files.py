@@ -69,8 +69,7 @@ class PictureFile(PictureInfo):
     is_turned: bool = False             # whether EXIF says that viewers show it turned or mirrored
 
     def linear(self, part: Any = slice(None)) -> tuple[FloatArray, FloatArray | float]:
-        """A part of the pixels, linear, (height, width, channels) float64, and the step between two values that the
-        file can hold, of each or of all."""
+        """A part of the pixels, linear, (height, width, channels), and the steps between values of the file there."""
         pixels = self.stored[part].astype(float)
         if self.bend is None:
             return pixels, self.stored_step
@@ -89,10 +88,8 @@ def read_picture(path: str | Path, encoding: str | None = None) -> PictureFile:
 
     The encoding, "linear" or "srgb", is what the values are, whatever the file says. By default they are what it says;
     and where it says nothing, sRGB of 8 bits, and else linear. Of several parts the first is read, of several layers
-    that of the whole picture or the first; notes say so.
-
-    Raises DatasetError if it cannot be read, has neither one nor three channels of colour, or holds numbers that are
-    not finite; ImportError if OpenImageIO is absent.
+    that of the whole picture or the first; notes say so. Raises DatasetError if it cannot be read, has neither one nor
+    three channels of colour, or holds numbers that are not finite; ImportError if OpenImageIO is absent.
     """
     path, more = Path(path), list[str]()
     with _open_picture(path) as file:
@@ -210,11 +207,8 @@ def _colours(spec: Any, path: Path, notes: list[str]) -> list[int]:
 
 
 def _bend(spec: Any, bits: int | None, encoding: str | None) -> Callable[[FloatArray], FloatArray] | None:
-    """What makes the values of a file linear; None where they are.
-
-    OpenImageIO takes PNG and JPEG for sRGB where these say nothing, as their specifications do. A gamma near that of
-    sRGB is how older files say it.
-    """
+    """What makes the values of a file linear; None where they are. OpenImageIO takes PNG and JPEG for sRGB where these
+    say nothing, as their specifications do. A gamma near that of sRGB is how older files say it."""
     if encoding is not None:
         return decode_srgb if encoding == "srgb" else None
     said = str(spec.get_string_attribute("oiio:ColorSpace")).lower()

@@ -17,10 +17,8 @@ _HEM = 0.93                 # half the side of a cloth, over that of its picture
 def lit_sphere(fit: Reflectance, size: int = SIZE, colours: str = DEFAULT_COLOURS,
                with_tangent: bool = False) -> SingleArray:
     """A sphere of the material in a studio (`studio`), in orthographic view on a transparent background: (size, size,
-    4) float32. The colours of the fit are one of `colours.COLOURS`.
-
-    The tangent of an anisotropic material goes around the vertical axis; strokes along it are drawn if asked for.
-    """
+    4) float32. The colours of the fit are one of `colours.COLOURS`. The tangent of an anisotropic material goes around
+    the vertical axis; strokes along it are drawn if asked for."""
     normal, _, _ = sphere(size)
     radiance = np.broadcast_to(studio.on_sphere(fit, normal), (len(normal), 3))
     picture = draw_sphere(srgb(studio.tone_map(radiance @ conversion(colours, DEFAULT_COLOURS).T)), size)
@@ -45,8 +43,7 @@ def draw_sphere(colors: FloatArray, size: int) -> SingleArray:
 
 
 def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
-    """A cloth of the material that hangs in folds, in a studio (`studio`), in orthographic view: (size, size, 4)
-    float32. Folds throw no shadows."""
+    """A cloth of the material in folds, which throw no shadows, in a studio, orthographic: (size, size, 4) float32."""
     at = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = np.meshgrid(at, at)
     place = x + 0.22 * y * np.sin(2.2 * x + 0.8)            # across the folds, which lean and widen downward
@@ -62,10 +59,8 @@ def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
 
 
 def thumbnail(material: PublishedMaterial, size: int = SIZE) -> SingleArray:
-    """The picture of a material of the library: a cloth where it is one, else a sphere; (size, size, 4) float32.
-
-    For what is nearly white it is stopped down, as a photographer does.
-    """
+    """The picture of a material of the library, (size, size, 4) float32: a cloth where it is one, else a sphere. For
+    what is nearly white it is stopped down, as a photographer does."""
     picture = (lit_cloth if "fabric" in material.tags else lit_sphere)(material.model, size)
     cover = picture[..., 3:]
     mean = (picture[..., :3] * cover).sum() / (3 * cover.sum())
@@ -75,10 +70,7 @@ def thumbnail(material: PublishedMaterial, size: int = SIZE) -> SingleArray:
 
 def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray:
     """The left part of one picture beside the right part of another, (height, width, 4) float32 each, with a thin line
-    between them: `at` is 0 at the left edge, 1 at the right one.
-
-    Raises ValueError if the pictures have different shapes.
-    """
+    between them: `at` is 0 at the left edge, 1 at the right one. Raises ValueError if their shapes differ."""
     if left.shape != right.shape:
         raise ValueError(f"pictures of {left.shape} and {right.shape}, expected the same shape")
     column, width = np.arange(left.shape[1]), left.shape[1]

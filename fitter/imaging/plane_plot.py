@@ -1,8 +1,5 @@
 """The plot of a plane of incidence: a fit, its samples, perhaps a second fit. Up is the normal, left is the light.
-
-`draw` takes a pen: `drawing.Canvas` makes a picture, `addon/inspect/drawing.py` draws over a viewport. So both are the
-same.
-"""
+`draw` takes a pen: `drawing.Canvas` makes a picture, `addon/inspect/drawing.py` draws the same over a viewport."""
 
 import math
 from collections.abc import Sequence
@@ -202,9 +199,8 @@ def _draw_curve(pen: Pen, disc: Disc, curve: Curve, plane: Plane) -> None:
 
 def polar_plot(fits: Sequence[Plotted], samples: Samples | None, theta_i: float, size: int = SIZE,
                phi_i: float = 0.0) -> tuple[SingleArray, float]:
-    """Draw one fit or two in the plane of incidence, with the samples of the first near that plane, if there are any:
-    (size, size, 4) float32; and the angle of incidence of these samples, radians: the measured one nearest to theta_i;
-    nan without any."""
+    """One fit or two in the plane of incidence, with the samples of the first near it: (size, size, 4) float32; and the
+    angle of incidence of these, radians: the measured one nearest to theta_i; nan without any."""
     near = None if samples is None else samples_near_plane(samples, theta_i, phi_i)
     canvas = Canvas(np.full((size, size, 4), BACKGROUND, dtype=np.float32))
     draw(canvas, picture_disc(size), Plane(fits, theta_i, phi_i, near and near[:2]))
@@ -217,12 +213,12 @@ def picture_disc(size: int) -> Disc:
 
 
 def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT_COLOURS) -> SingleArray:
-    """The fit in the plane of incidence, for one angle of incidence, while that plane turns about the normal.
+    """The fit in the plane of incidence, for one angle of incidence, radians, while that plane turns about the normal:
+    (size, size, 4) float32. The colours are one of `colours.COLOURS`.
 
     From left to right the light's azimuth goes through a full turn; from bottom to top the outgoing angle goes from
     grazing on the light's side, through the normal, to grazing opposite the light. Cube roots of f cos theta_o are
-    shown, the largest of them as 1. Of an isotropic material all columns are equal. theta_i is in radians, the size in
-    pixels, the colours are one of `colours.COLOURS`; the picture is (size, size, 4) float32.
+    shown, the largest of them as 1. Of an isotropic material all columns are equal.
     """
     step = (np.arange(size) + 0.5) / size
     phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
@@ -249,8 +245,7 @@ def dashes(points: FloatArray, length: float) -> FloatArray:
 
 
 def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
-    """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
-    `largest`."""
+    """Values of one digit, 1/sr, and the radii of their circles in a plot, whose outer one is `largest`."""
     circles: list[tuple[float, float]] = []
     for ring in _PLOT_RINGS:
         value = _round_down_to_digit(largest * (ring ** 3 if radius == "cube root" else ring))
@@ -273,11 +268,8 @@ def _round_down_to_digit(value: float) -> float:
 
 def samples_near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
     """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
-    material those whose light is near the azimuth phi_i.
-
-    Their outgoing angles, (k,), radians, negative on the light's side; their values, (k, channels); and their angle of
-    incidence, nan without any.
-    """
+    material those whose light is near the azimuth phi_i. Their outgoing angles, (k,), radians, negative on the light's
+    side; their values, (k, channels); and their angle of incidence, nan without any."""
     azimuth = np.abs((samples.phi_o - samples.phi_i + np.pi) % (2 * np.pi) - np.pi)
     # the direction's angle to the plane, not its azimuth, which near the normal says little
     in_plane = np.sin(samples.theta_o) * np.sin(azimuth) < np.sin(IN_PLANE)

@@ -1,12 +1,10 @@
-"""A photographer's studio, in which thumbnails of materials are drawn, and what a sphere reflects of it.
-
-A square window is above on the left, a narrow light on the right, a reflector below, and between them walls that are
-lighter toward the ceiling, so that a metal has something to show. The view is (0, 0, 1), orthographic; y is up.
+"""A photographer's studio, in which thumbnails of materials are drawn, and what a sphere reflects of it: a square
+window above on the left, a narrow light on the right, a reflector below, and walls that are lighter toward the ceiling,
+so that a metal has something to show. The view is (0, 0, 1), orthographic; y is up.
 
 Of an isotropic material what a sphere shows depends on its normal's angle to the view, and turns with the normal's
-azimuth about the view. So the BRDF is integrated in rings about the view's axis, for some angles only, and correlated
-with the studio over the azimuth. Directions are those of half vectors, close together near the normal, as any lobe is.
-Where the material is anisotropic, each normal is looked at by itself, of fewer of them.
+azimuth about the view: the BRDF is integrated in rings about the view's axis, for some angles only, and correlated with
+the studio over the azimuth. Where the material is anisotropic, each of fewer normals is looked at by itself.
 """
 
 from collections.abc import Callable
@@ -57,9 +55,7 @@ def radiance(direction: FloatArray) -> FloatArray:
 def softbox(direction: FloatArray, toward: tuple[float, float, float], half_width: float,
             half_height: float) -> FloatArray:
     """What a rectangular light far away, of radiance 1, shows in directions (..., 3): (...), 0 beyond its soft edges.
-
-    `toward` is the direction of its middle, which is not along y, and half of its sides are slopes. y is up.
-    """
+    `toward` is the direction of its middle, which is not along y, and half of its sides are slopes. y is up."""
     axis = np.array(toward) / np.linalg.norm(toward)
     side = np.cross([0, 1, 0], axis)
     side /= np.linalg.norm(side)
@@ -90,10 +86,8 @@ def tone_map(linear: FloatArray) -> FloatArray:
 
 
 def on_sphere(fit: Reflectance, normal: FloatArray) -> FloatArray:
-    """What a sphere shows of the studio at normals (n, 3): (n, channels).
-
-    The tangent of an anisotropic material goes around the vertical axis.
-    """
+    """What a sphere, whose tangent goes around the vertical axis, shows of the studio at normals (n, 3): (n,
+    channels)."""
     return sky_radiances(fit, normal, (radiance,))[0]
 
 
@@ -114,8 +108,7 @@ def sky_radiances(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) 
 
 
 def _radiance_over_azimuth(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
-    """The radiance of a sphere's normals at one angle to the view: skies correlated with the BRDF over the azimuth, by
-    FFT. (skies, sectors, channels)."""
+    """Skies correlated with the BRDF over the azimuth, at an angle to the view: (skies, sectors, channels)."""
     theta_i, phi_i, cell, weight = _light_directions(theta_o)
     value = np.maximum(fit.evaluate(theta_i, phi_i, theta_o, 0), 0)
     weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _STUDIO_RINGS * _STUDIO_SECTORS)
@@ -128,7 +121,7 @@ def _radiance_over_azimuth(fit: Reflectance, theta_o: float, skies: tuple[Sky, .
 @cache
 def _light_directions(theta_o: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
     """Incident directions of cells of half vectors, for a normal at an angle to the view: theta_i and phi_i, (n,); and
-    of the cells' parts the cell of the sky about the view, (n * parts,), and the projected solid angle, (n, parts)."""
+    of their parts the cell of the sky about the view, (n * parts,), and the projected solid angle, (n, parts)."""
     h, size = _half_vectors(_HALF_VECTORS, _HALF_TURNS)
     view = np.array([np.sin(theta_o), 0, np.cos(theta_o)])
     light, weight = _incident(h, size, view)
@@ -162,8 +155,7 @@ def _radiance_at_normals(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...
 
 
 def _incident(h: FloatArray, size: FloatArray, view: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where the light is from that half vectors (n, parts, 3) send to the view, (n, parts, 3), and its solid angles
-    times its cosines, (n, parts)."""
+    """The light that half vectors (n, parts, 3) send to the view, and its solid angles times its cosines."""
     cosine = h @ view
     light = 2 * cosine[..., None] * h - view
     return light, 4 * np.maximum(cosine, 0) * size * np.maximum(light[..., 2], 0)

@@ -1,20 +1,10 @@
 """Control lattices of uniform cubic B-splines in the unit cube: indexing, evaluation and refinement.
 
-At level h the cube is divided into M = 2^h cells along each axis. The full lattice of three axes has (M + 3)^3 control
-points, numbered -1 to M + 1 along each axis; cell i reads the points i - 1 to i + 2 (Kameya and Lewis 2002, equation
-7).
-
-Two symmetries of an isotropic reflectance halve two of the axes. A lattice that is symmetric under
-``lambda -> 1 - lambda`` (bilateral symmetry) is C2 across the plane of incidence. One that is symmetric under
-``(kappa_i, kappa_o) -> (1 - kappa_i, 1 - kappa_o)`` (both directions rotated by 180 degrees) is C2 through normal
-incidence. All directions have ``kappa_i >= 1/2`` and ``lambda_o >= 1/2``, so only the control points that a cell in
-that quarter of the cube reads are stored: M/2 - 1 to M + 1 along those two axes, a box of
-(M/2 + 3) (M + 3) (M/2 + 3).
-
-An anisotropic reflectance has four axes and one symmetry: exchanging the directions is
-``(x_3, x_4) -> (1 - x_3, 1 - x_4)``, and the control points that cells with ``x_4 >= 1/2`` read are stored.
-
-`osl/lattice.h` reads the same boxes.
+At level h there are M = 2^h cells along each axis, and control points numbered -1 to M + 1; cell i reads the points i -
+1 to i + 2 (Kameya and Lewis 2002, equation 7). A lattice that has the symmetries of `coordinates` is C2 across the
+plane of incidence and through normal incidence, and stores a part of its control points: of three axes those that cells
+with ``x_1 >= 1/2`` and ``x_3 >= 1/2`` read, a box of (M/2 + 3) (M + 3) (M/2 + 3); of four those that cells with ``x_4
+>= 1/2`` read. `osl/lattice.h` reads the same boxes.
 """
 
 import itertools
@@ -93,13 +83,7 @@ def full_size(level: int, axes: int = 3) -> int:
 
 
 def weights(s: FloatArray) -> FloatArray:
-    """Uniform cubic B-spline basis at s in [0, 1]: (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1).
-
-    Examples
-    --------
-    >>> (6 * weights(np.array([0.0, 1.0]))).round(9).tolist()
-    [[1.0, 4.0, 1.0, 0.0], [0.0, 1.0, 4.0, 1.0]]
-    """
+    """Uniform cubic B-spline basis at s in [0, 1]: (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1)."""
     s = s[:, None]
     powers = np.concatenate([np.ones_like(s), s, s * s, s * s * s], axis=1)
     return powers @ _BASIS
@@ -109,11 +93,9 @@ _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) 
 
 
 def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
-    """Find the control points that points read, and their weights. The coordinate 1 falls in the last cell.
-
-    Coordinates (n, axes) in [0, 1], also of mirror images, to the array index of the first of the four control points
-    along each axis, (n, axes), negative if that is not stored, and the basis along each axis, (n, 4) each.
-    """
+    """The first of the four control points that coordinates (n, axes) in [0, 1], also of mirror images, read along each
+    axis: (n, axes) array indices, negative where not stored; and the basis along each, (n, 4). 1 is in the last
+    cell."""
     scaled, axes = x * cells(level), x.shape[1]
     cell = np.clip(np.floor(scaled), 0, cells(level) - 1)
     w = [weights(scaled[:, axis] - cell[:, axis]) for axis in range(axes)]
@@ -134,11 +116,8 @@ def tensor(w: Sequence[FloatArray]) -> FloatArray:
 
 
 class Grid:
-    """Where samples lie on a lattice: their control points, and the basis functions there.
-
-    Their coordinates x, (n, axes), are in the stored part of the cube. `first`, (n,), is the first of each sample's
-    control points, in the flattened box.
-    """
+    """Where samples lie on a lattice, by coordinates x, (n, axes), in the stored part of the cube: their control
+    points, of which `first`, (n,), is the first in the flattened box, and the basis functions there."""
 
     def __init__(self, x: FloatArray, level: int) -> None:
         corner, self._along = locate(x, level)
@@ -246,8 +225,7 @@ def interpolate(values: FloatArray, level: int) -> FloatArray:
 
 @lru_cache(maxsize=2)
 def representative(level: int, axes: int = 3) -> IntArray:
-    """For each stored control point, the first of its mirror images in the flattened box, or itself: shape(level, axes)
-    int."""
+    """For each stored control point, the first of its mirror images in the flattened box: shape(level, axes) int."""
     box, start = np.array(shape(level, axes)), np.array(origin(level, axes))
     point = np.moveaxis(np.indices(tuple(box)), 0, -1) + start
     first = np.arange(box.prod()).reshape(box)
@@ -259,11 +237,9 @@ def representative(level: int, axes: int = 3) -> IntArray:
 
 
 def reachable(level: int, axes: int = 3) -> BoolArray:
-    """Whether any pair of directions reads a stored control point: shape(level, axes) bool.
-
-    Of Nusselt coordinates: ``(kappa_o, lambda_o)`` lies in a disk, and so do both directions of which four coordinates
-    are the half sum and the half difference. The corners of the box are never read.
-    """
+    """Whether any pair of directions reads a stored control point, by Nusselt coordinates: shape(level, axes) bool.
+    ``(kappa_o, lambda_o)`` lies in a disk, and so do both directions of which four coordinates are the half sum and the
+    half difference: the corners of the box are never read."""
     half = cells(level) / 2
     # control point j is read over [j - 2, j + 2] / M: its distance from the middle, in cells
     along = [first + np.arange(count) - half for first, count in zip(origin(level, axes), shape(level, axes),

@@ -1,9 +1,6 @@
-"""Multilevel B-spline approximation (MBA) of scattered data in three and four dimensions.
-
-S. Lee, G. Wolberg, S. Y. Shin: Scattered Data Interpolation with Multilevel B-Splines, IEEE TVCG 3(3), 1997; applied to
-reflectance by Kameya and Lewis 2002. The samples are fitted together with their mirror images, so that every lattice is
-symmetric, and `dense` can store a part of it.
-"""
+"""Multilevel B-spline approximation (MBA) of scattered data in three and four dimensions (S. Lee, G. Wolberg, S. Y.
+Shin: Scattered Data Interpolation with Multilevel B-Splines, IEEE TVCG 3(3), 1997). The samples are fitted together
+with their mirror images, so that every lattice is symmetric, and `dense` can store a part of it."""
 
 import math
 
@@ -18,16 +15,7 @@ _CONTROL_POINTS_READ = 1 << 21  # control points that are read at a time: they t
 
 def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
     """The samples, (n, axes) in the stored part of the cube, and those of their mirror images that influence a stored
-    control point: points (m, axes), of which the first n are the samples, and of each the index of its sample, (m,).
-
-    Examples
-    --------
-    Of a sample near ``lambda = 1/2``, the bilateral mirror image is near too; its other images are far.
-
-    >>> points, of = mirror_images(np.array([[0.9, 0.3, 0.51]]), 4)
-    >>> points.round(9).tolist(), of.tolist()
-    ([[0.9, 0.3, 0.51], [0.9, 0.3, 0.49]], [0, 0])
-    """
+    control point: points (m, axes), of which the first n are the samples, and of each the index of its sample, (m,)."""
     axes = x.shape[1]
     images = [x, *(np.where(np.array(signs) > 0, x, 1 - x) for signs in dense.MIRRORS[axes])]
     points, of = np.concatenate(images), np.tile(np.arange(len(x)), len(images))
@@ -39,11 +27,8 @@ def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
 
 def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
     """B-spline approximation (BA) of samples on one level (Lee, Wolberg and Shin 1997, section 3.1): coordinates (n,
-    axes) in the stored part of the cube and values (n, channels) to dense.shape(level, axes) + (channels,).
-
-    Each sample proposes a value for the 4^axes control points that it reads (equation 3); a control point takes the
-    mean of its proposals with weights w^2 (equation 5), or 0 without any.
-    """
+    axes) in the stored part of the cube and values (n, channels) to dense.shape(level, axes) + (channels,). A control
+    point takes the mean of what its samples propose (equation 3) with weights w^2 (equation 5), or 0 without any."""
     points, of = mirror_images(x, level)
     box = dense.shape(level, x.shape[1])
     omega = np.zeros(math.prod(box))
@@ -78,11 +63,9 @@ def _taps(points: FloatArray, level: int) -> tuple[IntArray, FloatArray, FloatAr
 
 
 def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, FloatArray]:
-    """MBA: fit each level from 0 up to the residual of the coarser ones (Lee, Wolberg and Shin 1997, section 4).
-
-    Coordinates (n, axes) in the stored part of the cube and values (n, channels) to the sum of all levels, refined to
-    the finest, dense.shape(level, axes) + (channels,), and what it leaves of the values, (n, channels).
-    """
+    """MBA (Lee, Wolberg and Shin 1997, section 4) of coordinates (n, axes) in the stored part of the cube and values
+    (n, channels): the sum of all levels from 0 up, refined to the finest, dense.shape(level, axes) + (channels,), and
+    the residual, (n, channels)."""
     control_points = basis_approximation(x, z, 0)
     residual = np.asarray(z, dtype=float) - dense.evaluate(control_points, 0, x)
     for h in range(1, level + 1):

@@ -1,9 +1,7 @@
-"""Normal equations of least-squares fits of lattices to many samples.
-
-All samples in one cell of a lattice have nearly the same control points, so that a cell adds a small matrix, the
-product of its samples' basis functions, to the normal equations. Each sample costs the same, however many control
-points there are. The equations take the square of these in memory, and their solution the cube in time.
-"""
+"""Normal equations of least-squares fits of lattices to many samples. All samples in one cell have nearly the same
+control points, so that a cell adds a small matrix, the product of its samples' basis functions: each sample costs the
+same, however many control points there are. The equations take the square of these in memory, and their solution the
+cube in time."""
 
 import itertools
 import math
@@ -15,18 +13,13 @@ from ..arrays import FloatArray, IntArray
 from . import dense
 
 _SAMPLES_TOGETHER = 1 << 14  # samples whose basis functions are computed at a time
-_DIAGONAL_SHARE = 1e-9      # of the mean diagonal, that makes equations solvable
 _RIM = 1e-4                 # of the mean diagonal, added to that of each control point's gain
 
 
 class NormalEquations:
-    """The least-squares fit of a sum of lattices to samples. Control points at mirror images are equal: they are one
-    unknown.
-
-    Samples have coordinates (n, axes) in the stored part of the lattices. Of each lattice are given its level, and the
-    control points that it has, mirror images included: positions in the flattened box of `dense.shape`, (k,), or None
-    for all of them.
-    """
+    """The least-squares fit of a sum of lattices to samples at coordinates (n, axes) in their stored part. Control
+    points at mirror images are equal: they are one unknown. Of each lattice are given its level, and the control points
+    that it has, mirror images included: positions in the flattened box, (k,), or None for all of them."""
 
     def __init__(self, x: FloatArray, parts: Sequence[tuple[int, IntArray | None]]) -> None:
         self._grids, self._keys, images, size = [], [], [], 0
@@ -50,17 +43,15 @@ class NormalEquations:
         starts = np.flatnonzero(np.diff(cells[self._order], prepend=-1)).tolist()
         self._cells = list(zip(starts, [*starts[1:], len(x)], strict=True))
 
-    def solve(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray]) -> list[FloatArray]:
-        """The control points of each lattice, (k, channels), that minimise the weighted squared error and the lattices'
-        norms.
-
-        Errors of z, (n, channels), are multiplied by weights (n,); a norm is a quadratic form of the control points of
-        a lattice, (k, k), or the diagonal of one, (k,).
-        """
+    def solve(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
+              ridge: float = 1e-9) -> list[FloatArray]:
+        """The control points of each lattice, (k, channels), that minimise the squares of weights (n,) times errors of
+        z, (n, channels), and the lattices' norms: a quadratic form of the control points, (k, k), or its diagonal,
+        (k,). The ridge is a share of the mean diagonal."""
         matrix, moment = self.reduced_system(weights, z, norms)
         if not len(matrix):
             return [moment]
-        added = max(_DIAGONAL_SHARE * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
+        added = max(ridge * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
         matrix[np.diag_indices(len(matrix))] += added
         solution = np.linalg.solve(matrix, moment)
         return [solution[unknowns] for unknowns in self._unknowns]
@@ -131,3 +122,14 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     # a control point at the rim of the samples would have to be huge to do anything
     gain = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
     return np.asarray(gain[representative])
+
+
+def select_largest(magnitude: FloatArray, representative: IntArray, count: int) -> IntArray:
+    """The largest of a lattice's control points that are not 0, at most `count` with their mirror images: ascending
+    positions in the flattened box, of magnitudes (points,), of which only those of `dense.representative` count."""
+    copies = np.bincount(representative, minlength=len(magnitude))
+    order = np.argsort(-magnitude * (copies > 0), kind="stable")
+    order = order[:np.count_nonzero(magnitude[copies > 0])]
+    chosen = np.zeros(len(magnitude), dtype=bool)
+    chosen[order[:np.searchsorted(np.cumsum(copies[order]), count, side="right")]] = True
+    return np.flatnonzero(chosen[representative])

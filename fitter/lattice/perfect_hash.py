@@ -1,19 +1,13 @@
-"""Minimal perfect hashing: n keys in n slots, found with one displacement and one comparison.
-
-The method is hash and displace (D. Belazzougui, F. C. Botelho, M. Dietzfelbinger: Hash, Displace, and Compress, ESA
-2009). Each key has a bucket, and all keys of a bucket are displaced by the same number, chosen so that they land in
-free slots ::
+"""Minimal perfect hashing: n keys in n slots, found with one displacement and one comparison, by hash and displace (D.
+Belazzougui, F. C. Botelho, M. Dietzfelbinger: Hash, Displace, and Compress, ESA 2009) ::
 
     mixed  = low * multiplier + high * HASH_HIGH_MULTIPLIER,  mixed ^= mixed >> HASH_FOLD
     home   = (key + (mixed >> HASH_SKIP)) % n
     slot   = (home + displacement[mixed % buckets]) % n
 
-with the key split into its HASH_LOW_BITS low bits and the high ones.
-
-Keys that are not stored hash to some slot too, so each slot keeps its key for comparison; the shader has a table of
-bits instead, which tells of several keys at once (`occupancy`). All intermediate values are below 2^31, so that
-`osl/perfect_hash.h` finds the same slots with OSL's signed 32-bit integers. Buckets are placed in
-descending order of size; buckets of one key take the slots that remain.
+with the key split into its HASH_LOW_BITS low bits and the high ones. Other keys hash to some slot too, so each slot
+keeps its key for comparison; the shader has a table of bits instead, which tells of several keys at once (`occupancy`).
+All intermediate values are below 2^31: `osl/perfect_hash.h` finds the same slots with OSL's signed 32-bit integers.
 """
 
 from dataclasses import dataclass
@@ -60,8 +54,7 @@ class PerfectHash:
 
 
 def build(keys: ArrayLike) -> PerfectHash:
-    """Make a minimal perfect hash of keys, (n,) from 0 to `MAX_KEY` in any order. Raises ValueError if a key is out of
-    range."""
+    """Make a minimal perfect hash of keys, (n,). Raises ValueError where one is not from 0 to `MAX_KEY`."""
     keys = np.unique(np.asarray(keys, dtype=np.int64))
     n = len(keys)
     width = np.uint16 if n <= 1 << 16 else np.uint32
@@ -84,18 +77,8 @@ def build(keys: ArrayLike) -> PerfectHash:
 
 
 def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
-    """A table that tells which of the keys 0 to count - 1 are stored: (words,) int32.
-
-    Bit b of word w is 1 for a stored key ``b + (w << OCCUPANCY_SHIFT)``, with b up to that of the last of a row of
-    `ROW_TAPS` keys that begins in the word.
-
-    Examples
-    --------
-    Key 17 is bit 1 of the second word, and bit 17 of the first.
-
-    >>> [f"{word:b}" for word in occupancy([2, 17], 32)]
-    ['100000000000000100', '10']
-    """
+    """Which of the keys 0 to count - 1 are stored, (words,) int32: bit b of word w is 1 for a stored key ``b + (w <<
+    OCCUPANCY_SHIFT)``, with b up to that of the last of `ROW_TAPS` keys in a row that begins in the word."""
     stored = np.zeros((-(-count // _OCCUPANCY_WORD) + 1) * _OCCUPANCY_WORD, dtype=bool)
     stored[np.asarray(keys, dtype=np.int64)] = True
     starts = np.arange(0, count, _OCCUPANCY_WORD)
@@ -112,8 +95,8 @@ def _hash(keys: IntArray, multiplier: int, buckets: int, n: int) -> tuple[IntArr
 
 
 def _place(bucket: IntArray, home: IntArray, buckets: int, random: np.random.Generator) -> IntArray | None:
-    """Find displacements, (buckets,) int, such that (home + displacement of the bucket) % n differs for all n keys, by
-    hash and displace, the fullest buckets first; None if the search fails. `bucket` and `home` are (n,)."""
+    """Displacements, (buckets,) int, with which no two of the n slots are the same, or None: the fullest buckets
+    first."""
     n = len(home)
     order = np.lexsort((home, bucket))
     bucket, home = bucket[order], home[order]
@@ -142,12 +125,9 @@ def _place(bucket: IntArray, home: IntArray, buckets: int, random: np.random.Gen
 
 
 def _try_displacements(homes: IntArray, trials: IntArray, free: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Displace each bucket by the first of its trials with which all its slots are free. Where two buckets claim a
-    slot, the later one is not placed.
-
-    Slots before displacement, (buckets, members), and displacements to try, (buckets, trials), to the displacement of
-    each bucket and whether it is placed, (buckets,) each. In `free`, (n,), slots that are taken become False.
-    """
+    """Displace each bucket by the first of its trials, (buckets, trials), with which all slots of its homes, (buckets,
+    members), are free; where two buckets claim a slot, the later one is not placed. The displacement of each bucket and
+    whether it is placed; in `free`, (n,), slots that are taken become False."""
     n = len(free)
     fits = free[(homes[:, :1] + trials) % n]
     for member in range(1, homes.shape[1]):

@@ -8,10 +8,7 @@ _SMALL_TRIANGLE = 96  # rows of a triangle that is inverted at once
 
 
 def inverse_root(matrix: FloatArray) -> FloatArray:
-    """The inverse of the Cholesky factor, lower triangular: R of R^T R = matrix^-1, (n, n).
-
-    Raises numpy.linalg.LinAlgError where a matrix is not positive definite.
-    """
+    """The lower triangle R of R^T R = matrix^-1, (n, n). Raises LinAlgError where there is none."""
     root: FloatArray = np.asarray(np.linalg.cholesky(matrix), dtype=float)
     _invert(root)
     return root

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import FloatArray, SingleArray
+from ..arrays import FloatArray, IntArray, SingleArray
 from . import dense, perfect_hash
 
 MOST_DENSE = 1 << 21        # control points of a lattice that is evaluated with its zeros
@@ -55,18 +55,7 @@ class SparseLattice:
 
 
 def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, FloatArray] | None:
-    """The level and the control points of the spline that is the sum of two: dense.shape(level, axes) + (channels,)
-    float64; None where these would be more than `MOST_DENSE`.
-
-    Examples
-    --------
-    >>> random = np.random.default_rng(1)
-    >>> diffuse = dense.DenseLattice(1, random.random((*dense.shape(1), 1)).astype(np.float32))
-    >>> sparse, x = keep_largest(random.random((*dense.shape(3), 1)), 3, 50), np.array([[0.7, 0.2, 0.6]])
-    >>> level, both = total(diffuse, sparse)
-    >>> level, bool(np.allclose(dense.evaluate(both, level, x), diffuse.evaluate(x) + sparse.evaluate(x)))
-    (3, True)
-    """
+    """The level and the control points of the sum of two splines; None where these would be more than `MOST_DENSE`."""
     finest = max(diffuse.level, sparse.level)
     if math.prod(dense.shape(finest, sparse.axes)) > MOST_DENSE:
         return None
@@ -81,5 +70,11 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
     magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level, axes).ravel()
     count = min(count, int(np.count_nonzero(magnitude)))
     largest = np.argpartition(-magnitude, min(count, len(magnitude) - 1))[:count]
-    index = perfect_hash.build(largest)
-    return SparseLattice(level, index, flat[index.keys].astype(np.float32), axes)
+    return keep(control_points, level, largest)
+
+
+def keep(control_points: FloatArray, level: int, keys: IntArray) -> SparseLattice:
+    """The control points at some positions of the flattened box, of dense.shape(level, axes) + (channels,)."""
+    index = perfect_hash.build(keys)
+    flat = control_points.reshape(-1, control_points.shape[-1])
+    return SparseLattice(level, index, flat[index.keys].astype(np.float32), control_points.ndim - 1)

@@ -1,12 +1,9 @@
 """Which materials of the library a photograph of a ball may show, once each has been brought as near as it can be.
 
-The light is taken for a window somewhere and an even sky, both of unknown brightness: a photograph says nothing of its
-exposure. Balls of all materials are computed under each (`studio.sky_radiances`), and the two brightnesses that suit
-the photograph best are solved for; so is, of a few, the place of the window, which is the same for all materials.
-Errors are relative ones of values to the power of a third, near enough: they weigh the photograph by its power of -2/3.
-
-What brings a material nearer is how much brighter, in each channel, its diffuse part and its highlight would have to
-be, as `editing.edited` has them.
+The light is taken for a window somewhere and an even sky. Balls of all materials are computed under each
+(`studio.sky_radiances`), and the two brightnesses that suit the photograph best are solved for, weighed by its power of
+-2/3: errors are relative ones of values to the power of a third. What brings a material nearer is how much brighter, in
+each channel, its diffuse part and its highlight would have to be, as `editing.edited` has them.
 """
 
 from collections.abc import Sequence

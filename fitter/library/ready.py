@@ -1,8 +1,5 @@
-"""Fits of the starter library that are made beforehand, so that a material is there at once.
-
-A file holds a fit with its closure nodes, which take as long to find, and the closest Principled BSDF.
-`tools.ready_fits` writes one for each material before the extension is packed; where there is none, it is made when it
-is wanted.
+"""Fits of the starter library that are made beforehand (`tools.ready_fits`), with their closure nodes and the closest
+Principled BSDF; where there is none, it is made when it is wanted.
 
 The levels are lower than those of Standard: a published model has no noise and no detail beyond its lobe, and errors
 between its samples are about the same.

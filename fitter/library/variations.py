@@ -1,12 +1,9 @@
 """Variations of a material: what `editing.edited` is to do so that it looks worn, wet or dusty; plausible guesses.
 
-- satin: the highlight twice as wide.
-- aged: yellower and darker, a wider and weaker highlight.
-- lacquered: a smooth clear coat.
-- wet: a smooth coat too; what is porous gets darker, because light that it scatters is sent back by the water's surface
-  and scattered again. With p = 0.474, what a surface of index 1.33 reflects of diffuse light from within, an albedo A
-  becomes A (1 - p) / (1 - p A) (J. Lekner, M. C. Dorf: Why Some Things Are Darker When Wet, Applied Optics 27(7),
-  1988, with all light that enters scattered). What shines is no pore: there water only coats.
+- wet: a smooth coat, as lacquered; what is porous gets darker, because light that it scatters is sent back by the
+  water's surface and scattered again. With p = 0.474, what a surface of index 1.33 reflects of diffuse light from
+  within, an albedo A becomes A (1 - p) / (1 - p A) (J. Lekner, M. C. Dorf: Why Some Things Are Darker When Wet, Applied
+  Optics 27(7), 1988, with all light that enters scattered). What shines is no pore: there water only coats.
 - dusty: two fifths of the surface under dust. An edit multiplies, so that a metal, which has no diffuse part, gets dull
   but not grey.
 """
@@ -21,7 +18,6 @@ from ..model.edit import COAT_WIDTHS
 from ..model.fit import Fit
 from ..quality.physics import directional_albedo
 
-VARIATIONS = ("satin", "aged", "lacquered", "wet", "dusty")
 WITHIN_WATER = 0.474
 _SHINES = 3.0               # times the diffuse part that a mirror direction has of what shines
 _MIRROR_ANGLE = np.radians(45)
@@ -29,28 +25,19 @@ _DUST, _COVERED = np.array([0.42, 0.38, 0.32]), 0.4     # its albedo, and how mu
 _LARGEST = 20.0             # factor of a diffuse part: of what is nearly black
 _LEAST = 1e-4               # albedo that counts
 _SMOOTH = {"coat": 1.0, "coat_width": COAT_WIDTHS[0]}
+_ALIKE: dict[str, dict[str, Any]] = {       # whatever the fit is
+    "satin": {"width": 2.0}, "aged": {"diffuse": [0.85, 0.78, 0.66], "highlight": [0.7, 0.65, 0.55], "width": 1.6},
+    "lacquered": _SMOOTH}
+VARIATIONS = (*_ALIKE, "wet", "dusty")
 
 
 def variation(name: str, fit: Fit) -> dict[str, Any]:
     """The keyword arguments of `edited` for a variation of a fit as it was measured.
 
     Raises ValueError if `name` is not one of `VARIATIONS`.
-
-    Examples
-    --------
-    >>> from ..coordinates.nusselt import Nusselt
-    >>> from ..lattice import dense
-    >>> matte = Fit(Nusselt(), dense.DenseLattice(1, np.full((*dense.shape(1), 1), 0.5 / np.pi, dtype=np.float32)))
-    >>> wet = variation("wet", matte)
-    >>> [round(value, 3) for value in wet["diffuse"]], wet["coat"], variation("satin", matte)
-    ([0.689, 0.689, 0.689], 1.0, {'width': 2.0})
     """
-    if name == "satin":
-        return {"width": 2.0}
-    if name == "aged":
-        return {"diffuse": [0.85, 0.78, 0.66], "highlight": [0.7, 0.65, 0.55], "width": 1.6}
-    if name == "lacquered":
-        return {**_SMOOTH}
+    if name in _ALIKE:
+        return {**_ALIKE[name]}
     if name == "wet":
         if _is_shiny(fit):
             return {**_SMOOTH}

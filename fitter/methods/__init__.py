@@ -1,8 +1,8 @@
 """Fitting methods: each makes a `Fit` of `Samples`; a `Fit` does not know which method made it.
 
-A method is a function that takes samples of which no two channels are equal, `Levels`, whether the fit is to be
-physically plausible, and options of its own; and returns a fit with the samples' channels, name and source. To add one,
-write a module, enter its function in `METHODS`, and its name in `MethodName`; CONTRIBUTING.md shows how.
+A method is a function of samples of which no two channels are equal, `Levels`, whether the fit is to be physically
+plausible, and options of its own, which returns a fit with the samples' channels, name and source. It is entered in
+`METHODS` and `MethodName`; CONTRIBUTING.md shows how.
 """
 
 from collections.abc import Callable
@@ -19,11 +19,8 @@ METHODS: dict[MethodName, Callable[..., Fit]] = {"mba": kameya_lewis.fit, "krigi
 
 
 def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
-    """Do the part of a fit that does not depend on the levels, where a method has one that takes long.
-
-    Returns options for `fit`, with the same samples and method and any levels; empty where there is nothing to
-    prepare.
-    """
+    """The part of a fit that does not depend on the levels, where a method has one that takes long: options for `fit`,
+    with the same samples and method and any levels; else empty."""
     if method != "kriging":
         return {}
     return {"estimated": regression_kriging.estimate(distinct_channels(surface_samples(samples))[0])}

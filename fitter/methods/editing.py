@@ -1,5 +1,6 @@
 """Makes edits of fits: chooses the level that splits a fit, and balances the light of a widened highlight."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -88,34 +89,16 @@ def _factor(name: str, value: ArrayLike) -> FloatArray:
     return factor
 
 
-class _Coat(NamedTuple):
-    """A coat alone."""
+class _Function(NamedTuple):
+    """A function as a `Reflectance`."""
 
-    width: float
-
-    def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        return edit.coat(self.width, *broadcast_directions(theta_i, phi_i, theta_o, phi_o))[..., None]
-
-
-class _Highlight(NamedTuple):
-    """The highlight of an edit of a fit, in each column of its lattices."""
-
-    fit: Fit
-    edit: Edit
-
-    @property
-    def isotropic(self) -> bool:
-        return self.fit.isotropic
-
-    def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        angles = broadcast_directions(theta_i, phi_i, theta_o, phi_o)
-        value = self.edit.widen_highlight(self.fit.evaluate, *(angle.ravel() for angle in angles))
-        return value.reshape(*angles[0].shape, -1)
+    evaluate: Callable[..., FloatArray]
+    isotropic: bool = True
 
 
 def split_level(model: Reflectance, isotropic: bool = True) -> FloatArray:
-    """The level at which `edited` splits a reflectance: (channels,), 1/sr. Below it lies a quarter of all pairs of
-    directions, each distributed as a Lambertian reflects."""
+    """The level that splits a reflectance, (channels,), 1/sr: a quarter of all pairs, distributed as a Lambertian
+    reflects, is below."""
     at = np.arange(_PAIRS)
     u, v, turn = ((0.5 + at * step) % 1 for step in (0.8191725134, 0.6710436067, 0.5497004779))     # a rank-1 lattice
     theta_i, theta_o, phi_o = np.arcsin(np.sqrt(u)), np.arcsin(np.sqrt(v)), 2 * np.pi * turn
@@ -126,10 +109,15 @@ def split_level(model: Reflectance, isotropic: bool = True) -> FloatArray:
 
 def _balance(fit: Fit, level: FloatArray, width: float) -> FloatArray:
     """`Edit.balance`, (DAMPING_KNOTS, columns), of a fit with a channel for each column of its lattices."""
-    ones = np.ones(len(level))
-    edits = (Edit(ones, ones, level, each) for each in (1.0, width))
-    before, after = (energy.reflected_light(_Highlight(fit, each), _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0)
-                     for each in edits)
+    def light(each: Edit) -> FloatArray:
+        def highlight(*angles: ArrayLike) -> FloatArray:
+            at = broadcast_directions(*angles)
+            value = each.widen_highlight(fit.evaluate, *(angle.ravel() for angle in at))
+            return value.reshape(*at[0].shape, -1)
+
+        return energy.reflected_light(_Function(highlight, fit.isotropic), _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0)
+
+    before, after = (light(Edit(np.ones(len(level)), np.ones(len(level)), level, each)) for each in (1.0, width))
     wanted, control_points = before.sum(axis=1), np.ones((DAMPING_KNOTS, len(level)))
     for _ in range(_ROUNDS):
         reflected = factor_of_angle(control_points, _KNOT_ANGLES) * np.einsum("vkc,kc->vc", after, control_points)
@@ -140,4 +128,5 @@ def _balance(fit: Fit, level: FloatArray, width: float) -> FloatArray:
 
 def _coat_transmittance(weight: float, width: float) -> FloatArray:
     """`Edit.through`: (DAMPING_KNOTS, 1). The albedo is smooth, so that control points may be its values."""
-    return 1 - weight * energy.reflected_light(_Coat(width), _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0).sum(axis=1)
+    alone = _Function(lambda *angles: edit.coat(width, *angles)[..., None])
+    return 1 - weight * energy.reflected_light(alone, _KNOT_ANGLES, _BALANCE_CELLS).mean(axis=0).sum(axis=1)

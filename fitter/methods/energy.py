@@ -1,15 +1,10 @@
-"""Conservation of energy: damps a fit at the polar angles at which it reflects more light than it receives.
+"""Conservation of energy: damps a fit at the polar angles at which it reflects more light than it receives, by a factor
+a of at most 1 for each direction (`LogRelative.damping`), the same in all channels (docs/fitting.md, step 6).
 
-A fit is multiplied by ``a(theta_i) a(theta_o)`` with one factor a of at most 1, a spline in the polar angle
-(`LogRelative.damping`). Its directional albedo is then ``a(theta) integral f a cos``, of light that arrives at the
-angle theta and of light that leaves there; both are linear in the control points of the integrand's factor, so that the
-light at each control point is all that has to be known of a fit. The factor is lowered where an albedo exceeds 1, by
-the square root of the excess, as both directions have it, until none does; what is left is taken away at once: the
-excess itself, which suffices because the factor grows nowhere. Angles that nobody measured do not give way first: they
-would be dark.
-
-The factor is reciprocal, the same in all channels, which keeps the colour, and 1 at a distance from all angles of too
-large an albedo.
+The directional albedo, ``a(theta) integral f a cos``, is linear in the control points of the integrand's factor: the
+light at each is all that has to be known of a fit. What the square roots of the excess leave is taken away at once by
+the excess itself, which suffices because the factor grows nowhere. Angles that nobody measured do not give way first:
+they would be dark.
 """
 
 from dataclasses import replace
@@ -31,9 +26,8 @@ OUTGOING_ANGLES = np.radians([*range(0, 80, 2), *range(80, 91)])
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
 _FEW_POLAR_ANGLES = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
 _FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
-# of the integral on either side of the angle, and of either half of the
+# of the integral on either side of the angle, and of either half of the azimuths: of all, and of large albedos
 _COARSE_CELLS, _FINE_CELLS = (32, 16), (64, 24)
-                                                # azimuths: of all, and of large albedos
 _LIGHT_AZIMUTHS = tuple(np.radians(range(0, 360, 45)).tolist())  # at which an anisotropic fit is looked at
 _LARGE_ALBEDO = 0.93        # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
@@ -75,11 +69,9 @@ def _reflected_at_angles(fit: Fit, few: FloatArray) -> FloatArray:
 def reflected_light(model: Reflectance, theta: FloatArray, cells: tuple[int, int],
                     azimuths: tuple[float, ...] | None = None) -> FloatArray:
     """The light that leaves at an angle, and that arrives there, by the control points of the damping that it would
-    have: (2, angles, DAMPING_KNOTS, channels); the albedo is the sum over the control points.
-
-    Of an anisotropic fit at each azimuth, (azimuths, angles, ...): it is reciprocal. The midpoint rule, dense about the
-    angle and about the plane of incidence: there are mirror and retro-reflection.
-    """
+    have: (2, angles, DAMPING_KNOTS, channels), whose sum over the control points is the albedo; of an anisotropic fit,
+    which is reciprocal, at each azimuth: (azimuths, angles, ...). By the midpoint rule, dense about the angle and about
+    the plane of incidence: there are mirror and retro-reflection."""
     u, v = ((np.arange(count) + 0.5) / count for count in cells)
     turn, step = np.pi / 2 * np.concatenate([v ** 3, 2 - v ** 3]), np.tile(1.5 * np.pi * v * v / cells[1], 2)
     isotropic = is_isotropic(model)

@@ -1,14 +1,12 @@
 """Extrapolation of a field outside the measured domain: with the colour at its edge, and no growth of its own.
 
 A Gaussian process continues the field above the prior along its slope, in each channel for itself: extrapolated
-highlights turn yellow or magenta. Here each extrapolated pair of directions has a measured pair with the same half
-vector, so that a highlight is compared with itself. The differences between channels are those of the measured pair.
-The mean over channels is the continued one; of many samples, whose lattices know no process, it is no larger than that
-of the measured pair: growth toward the horizon is the prior's.
+highlights turn yellow or magenta. Here each extrapolated pair of directions has the differences between channels of a
+measured pair with the same half vector, so that a highlight is compared with itself. The mean over channels is the
+continued one; of many samples, whose lattices know no process, no larger than that of the measured pair.
 """
 
 from collections.abc import Iterable
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -44,8 +42,8 @@ def is_extrapolated(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDo
 
 def is_extrapolated_in_any(theta_i: FloatArray, theta_o: FloatArray, limits: Iterable[MeasuredDomain]) -> BoolArray:
     """Whether pairs of directions, (n,) radians each, lie outside the measured domain of any of several materials."""
-    none: BoolArray = np.zeros(len(theta_i), dtype=bool)
-    return reduce(np.logical_or, (is_extrapolated(theta_i, theta_o, each) for each in limits), none)
+    found = [is_extrapolated(theta_i, theta_o, each) for each in limits]
+    return np.any([np.zeros(len(theta_i), dtype=bool), *found], axis=0)
 
 
 def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:
@@ -55,8 +53,7 @@ def sample_extrapolated(limits: MeasuredDomain, isotropic: bool) -> Directions:
 
 
 def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
-    """The nearest pairs in the measured domain of the same half vectors, by bisection of the difference angle: four
-    (n,) arrays, radians."""
+    """The nearest measured pairs of the same half vectors, by bisection of the difference angle: four (n,), radians."""
     first, second = unit_vectors(*pairs[:2]), unit_vectors(*pairs[2:])
     half = first + second
     length = np.linalg.norm(half, axis=1, keepdims=True)
@@ -88,8 +85,7 @@ def clamp_to_domain(pairs: Directions, limits: MeasuredDomain) -> Directions:
 
 
 def extrapolation_distance(theta_i: FloatArray, theta_o: FloatArray, limits: MeasuredDomain) -> FloatArray:
-    """The distance of pairs from the measured domain, from 0 at its edge to 1 at `_FAR` from it, so that there is no
-    kink: (n,)."""
+    """The distance from the measured domain, (n,): from 0 at its edge to 1 at `_FAR`, so that there is no kink."""
     larger = np.maximum(theta_i, theta_o) - limits.larger
     smaller = np.minimum(theta_i, theta_o) - limits.smaller
     return np.clip(np.maximum(larger, smaller) / _FAR, 0, 1)

@@ -1,21 +1,16 @@
-"""Gaussian process regression of scattered samples, also known as kriging, with a kernel of greatest likelihood.
+"""Gaussian process regression of scattered samples, also known as kriging, with the kernel of greatest likelihood
+(docs/fitting.md, step 4).
 
-C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006: the regression is equation 2.25, the
-explicit linear basis equation 2.40 with a finite variance, the Matern kernel of smoothness 5/2 equation 4.17, the
-likelihood equation 5.8. The kernel is the sum of a linear one and of a Matern kernel. The latter is averaged over the
-mirror images of a sample, so that the field has the symmetries of the lattice; and, of three axes, over the sample's
-reciprocal, with the same weight, so that the field is reciprocal, or with a slightly smaller one, so that it can follow
-samples that are not. The linear one has a slope along the axis that tells the directions apart to the same extent. Of
-four axes exchanging the directions is a mirror image.
-
-How far the kernel reaches, whether it is reciprocal, how much of the samples is noise, in which coordinates and above
-which prior, is chosen for each set of samples by their likelihood. The variance of the field has its most likely value
-in each channel; it cancels in the regression.
+Equations are those of C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006: the regression
+2.25, the explicit linear basis 2.40 with a finite variance, the Matern kernel of smoothness 5/2 4.17, the likelihood
+5.8. The variance of the field has its most likely value in each channel; it cancels in the regression. Of four axes
+exchanging the directions is a mirror image.
 """
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -101,11 +96,8 @@ class Field:
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> tuple[Field, FloatArray]:
     """Simple kriging: the mean of a Gaussian process given samples, and its leave-one-out predictions, (n, channels)
-    (Rasmussen and Williams, equation 5.12).
-
-    Samples have coordinates mu = 2 x - 1, (n, axes), values z, (n, channels), and a variance of noise beyond that of
-    the kernel that is known, (n,), relative to that of the field.
-    """
+    (Rasmussen and Williams, equation 5.12). Samples have coordinates mu = 2 x - 1, (n, axes), values z, (n, channels),
+    and a variance of noise beyond that of the kernel that is known, (n,), relative to that of the field."""
     noise = kernel.noise + _TINY + known
     covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += noise
@@ -146,14 +138,14 @@ class Search:
             before = likeliest
             progress.report(turn / _ROUNDS)
             likeliest = max((self._maximise_noise(likeliest.system, likeliest.kernel, prior)
-                             for prior in range(len(self.candidates))), key=_value)
+                             for prior in range(len(self.candidates))), key=attrgetter("value"))
             likeliest = max((self._maximise_noise(system, likeliest.kernel, likeliest.prior) for system in systems),
-                            key=_value)
+                            key=attrgetter("value"))
             progress.report((turn + 0.5) / _ROUNDS)
             for number, choices in {"length": LENGTHS, "reciprocity": self.reciprocities}.items():
                 kernels = [replace(likeliest.kernel, **{number: each}) for each in choices]
                 likeliest = max((self._maximise_noise(likeliest.system, kernel, likeliest.prior) for kernel in kernels),
-                                key=_value)
+                                key=attrgetter("value"))
             if likeliest == before:
                 break
         return likeliest
@@ -202,29 +194,15 @@ class Search:
         return self._covariances[system, kernel]
 
 
-def _value(each: MaximumLikelihood) -> float:
-    return each.value
-
-
 def likelihood(variances: FloatArray, squares: FloatArray) -> float:
-    """The log-likelihood of each of uncorrelated values: (n,) variances up to a factor, (n, channels) squared values.
-
-    The factor is the most likely one of each channel; constants are left out.
-
-    Examples
-    --------
-    Of values of equal variances it is minus the logarithm of their root mean square.
-
-    >>> float(np.exp(-likelihood(np.ones(4), np.full((4, 1), 0.25))).round(9))
-    0.5
-    """
+    """The log-likelihood of each of uncorrelated values: (n,) variances up to a factor, the most likely one of each
+    channel, and (n, channels) squared values; constants are left out."""
     factor = np.maximum((squares / variances[:, None]).mean(axis=0), np.finfo(float).tiny)
     return float(-0.5 * np.log(factor).mean() - 0.5 * np.log(variances).mean())
 
 
 def _matern(q2: FloatArray) -> FloatArray:
-    """The Matern kernel of smoothness 5/2 (equation 4.17), of q^2 = 5 (distance / length)^2, which is overwritten: any
-    shape."""
+    """The Matern kernel of smoothness 5/2, of q^2 = 5 (distance / length)^2, which is overwritten."""
     q = np.sqrt(q2)
     q2 /= 3
     q2 += q

@@ -1,16 +1,11 @@
-"""The colour of a highlight that lies between samples: a weighted mean of theirs.
+"""The colour of a highlight that lies between samples: a mean of theirs by inverse distances (D. Shepard: A
+Two-Dimensional Interpolation Function for Irregularly-Spaced Data, 23rd ACM National Conference, 1968), as
+docs/fitting.md has it (step 4).
 
-Few samples are farther apart than a highlight is wide. A Gaussian process takes the handful that lie in one for noise
-amid the many around it, each channel for itself: a grey highlight on a paint of saturated colours gets one of these, or
-one that no sample has. So where the narrowest mirror lobe is most of the prior, the differences between the channels of
-the field become the mean of the samples' by inverse distances (D. Shepard: A Two-Dimensional Interpolation Function for
-Irregularly-Spaced Data, 23rd ACM National Conference, 1968), in the coordinates that give highlights most room. Samples
-weigh as they lie in the highlight themselves. All weights are positive: relative to the prior, no direction there has a
-colour that lies outside of those of the samples around it. Brightness, the sum over channels of the reflectance, is the
-process's: of the field a channel that is as good as black would have as large a part as any other.
-
-That is done where it predicts the samples, each left out, better than the process does, all together and most of them
-by themselves: one that is much brighter than the others does not decide alone.
+A Gaussian process takes the handful of samples in a highlight for noise amid the many around it, each channel for
+itself: a grey highlight on a paint of saturated colours gets one of these, or one that no sample has. Brightness, the
+sum over channels of the reflectance, stays the process's: of the field a channel that is as good as black would have as
+large a part as any other. One sample that is much brighter than the others does not decide alone.
 """
 
 from dataclasses import dataclass, replace
@@ -41,10 +36,8 @@ class HighlightColour:
     weights: FloatArray         # what samples weigh at equal distances, (n,): their share of the highlight
 
     def blend(self, directions: Directions, continued: FloatArray, left_out: bool = False) -> FloatArray:
-        """The field at directions, where a process continues it as given: (n, channels).
-
-        With `left_out`, the directions are the samples', of which none is to know its own value.
-        """
+        """The field at directions, where a process continues it as given: (n, channels). With `left_out`, the
+        directions are the samples', of which none is to know its own value."""
         share = highlight_share(self.transform, directions)
         which = np.flatnonzero(share > _LEAST_SHARE)
         blended = continued.copy()
@@ -86,11 +79,8 @@ def highlight_share(transform: LogRelative, directions: Directions) -> FloatArra
 def find(samples: Samples, transform: LogRelative, coordinates: Coordinates, known: FloatArray, left_out: FloatArray,
          ) -> tuple[HighlightColour | None, FloatArray]:
     """The highlight of samples, or None where the process predicts these better; and how they are predicted, (n,
-    channels).
-
-    Distances are measured in the coordinates. `known`, (n,), is the variance of each sample's noise, relative to that
-    of the field; `left_out`, (n, channels), each sample's field as the process of the others has it.
-    """
+    channels). `known`, (n,), is the variance of each sample's noise, relative to that of the field; `left_out`, (n,
+    channels), each sample's field as the process of the others has it."""
     share = np.where(known < _FAILED_NOISE, highlight_share(transform, samples.directions), 0.0)
     if np.count_nonzero(share) < 2 or left_out.shape[1] == 1:
         return None, left_out

@@ -1,9 +1,6 @@
-"""The paper's method: the reflectance itself on two lattices over Nusselt coordinates, by multilevel B-splines.
-
-Kameya and Lewis 2002, sections 3 and 4: MBA fits f_d to the samples, and f_s to the residual of f_d; of the control
-points of f_s the largest are kept. Anisotropic samples are fitted over four coordinates in the same way, as the paper
-proposes for future work.
-"""
+"""The paper's method: the reflectance itself on two lattices over Nusselt coordinates, by multilevel B-splines (Kameya
+and Lewis 2002, sections 3 and 4). Anisotropic samples are fitted over four coordinates in the same way, as the paper
+proposes for future work."""
 
 import numpy as np
 

@@ -1,27 +1,23 @@
-"""Lattices of the field of a Gaussian process, found from its mean or, of many samples, without it.
+"""Lattices of the field of a Gaussian process, found from its mean (`fit_to_field`) or, of many samples, without it
+(`fit_to_samples`).
 
-The mean of a Gaussian process minimises the squared errors at the samples plus noise times the field's squared norm in
-the kernel's Hilbert space (C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, section
-6.2). Two solvers minimise it:
-
-- `of_field`, where the process itself can be solved. The dense lattice interpolates its mean at the nodes; both then
-  follow the mean at the samples and at directions between them, by least squares.
-- `of_samples`, of more. The norm is that of the dense lattice's control points, c^T K^-1 c with the kernel's covariance
-  K of their places, and a multiple of the squared control points of the sparse lattice. Errors are those at the samples
-  themselves.
+The mean minimises the squared errors at the samples plus noise times the field's squared norm in the kernel's Hilbert
+space (C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, section 6.2). Of many samples
+the norm is that of the dense lattice's control points, c^T K^-1 c with the kernel's covariance K of their places, and a
+multiple of the squared control points of the sparse lattice.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from .. import progress
 from ..arrays import ArrayLike, Directions, FloatArray, IntArray, concatenate_directions, select_directions
 from ..coordinates import Coordinates
-from ..lattice import dense, least_squares, perfect_hash
+from ..lattice import dense, mba, sparse
 from ..lattice.dense import DenseLattice
-from ..lattice.normal_equations import NormalEquations, gains
+from ..lattice.normal_equations import NormalEquations, gains, select_largest
 from ..lattice.positive_definite import inverse_root
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
@@ -46,6 +42,8 @@ _ALIKE_ERRORS = 1.06        # errors of kernels up to this ratio are no differen
 _PRIOR_PRECISION = 0.1      # of a control point that moves from the spline through the nodes: errors at as many samples
                             # as that count as much as a move (.01 follows 1,439 samples too closely, 1 few too little)
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
+RIDGE = 1e-2                # of the mean diagonal, of the sparse lattice of few samples: keeps the spline from
+                            # overshooting between close samples of different values
 _MOST_UNKNOWNS = 4500       # control points that are fitted together: memory is the square of it
 _BATCHES = {3: 2, 4: 3}     # by the number of axes, in which the control points of the sparse lattice are chosen
 _JITTER = 1e-4              # makes the covariance of the control points invertible
@@ -54,8 +52,8 @@ _PRECISE = 0.02             # deviation of a sample, relative to it, up to which
 
 def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
                  highlight: HighlightColour | None = None) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit the lattices to a field over 2 x - 1 of the coordinates x, given the isotropic samples that it was fitted to,
-    and what becomes of it in a highlight."""
+    """Fit the lattices to a field over 2 x - 1 of the coordinates x, given its isotropic samples and their
+    highlight."""
     progress.report(0.0, "Fitting the dense lattice")
     # interpolate the field at the nodes
     nodes = dense.nodes(levels.diffuse)
@@ -92,8 +90,18 @@ def fit_to_field(samples: Samples, coordinates: Coordinates, transform: LogRelat
     if levels.specular is None:
         return diffuse, None
     progress.report(0.3, "Fitting the sparse lattice")
-    return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), weights, levels.specular,
-                                             levels.kept_count(3))
+    return diffuse, sparse_fit(x, wanted - diffuse.evaluate(x), weights, levels.specular, levels.kept_count(3))
+
+
+def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, count: int) -> SparseLattice:
+    """A sparse lattice of at most `count` control points by ridge regression: those of the largest magnitude in the
+    B-spline approximation of weighted values z, (n, channels), fitted again, all together (where Kameya and Lewis 2002,
+    section 4.1, keep them as they are): far fewer then reach the same error."""
+    magnitude = np.abs(mba.basis_approximation(x, z * weights[:, None], level)).max(axis=-1).ravel()
+    axes = x.shape[1]
+    keys = select_largest(magnitude, dense.representative(level, axes).ravel(), count)
+    control_points, = NormalEquations(x, [(level, keys)]).solve(weights, z, ridge=RIDGE)
+    return sparse.keep(_scatter_to_box(level, axes, keys, control_points), level, keys)
 
 
 def _transfer_last_colour(values: FloatArray, at: Directions, samples: Samples, coordinates: Coordinates,
@@ -108,8 +116,7 @@ def _transfer_last_colour(values: FloatArray, at: Directions, samples: Samples, 
 
 
 def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
-    """The mean of a field over the azimuths of the half vector, which it has none of at d = 0, in exact
-    retro-reflection: at nodes (b, c, 3), to (b, c, channels)."""
+    """The mean of a field over azimuths of the half vector, at nodes (b, c, 3) of d = 0, retro-reflection."""
     radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
     turn = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)       # a quarter: the field is even in x and y there
     ring = np.stack([0 * np.outer(radius, turn), np.outer(radius, np.cos(turn)), np.outer(radius, np.sin(turn))], -1)
@@ -118,10 +125,7 @@ def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
 
 
 def _random_directions(samples: Samples) -> Directions:
-    """Random directions at which the field is followed, half of them near the mirror direction: four (n,) arrays.
-
-    They reach as far as the samples do.
-    """
+    """Directions at which the field is followed, as far as samples reach, half of them near the mirror's: four (n,)."""
     rng = np.random.default_rng(0)
     farthest = max(samples.theta_i.max(), samples.theta_o.max())
     theta_i, theta_o = farthest * np.sqrt(rng.random((2, _BETWEEN)))
@@ -138,11 +142,7 @@ def _random_directions(samples: Samples) -> Directions:
 
 def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
                    ) -> tuple[DenseLattice, SparseLattice | None]:
-    """Fit a dense lattice to many samples, and a sparse one to what it leaves, by regularised least squares.
-
-    Samples are isotropic unless the coordinates have four axes. At most `_MOST_UNKNOWNS` control points of a batch are
-    chosen.
-    """
+    """Fit a dense lattice to many samples, and a sparse one to what it leaves, by regularised least squares."""
     # a stratified sample, `represented` of which each stands for
     used = subsample(samples, _CANDIDATES)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
@@ -176,10 +176,10 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
     if levels.specular is None:
         return DenseLattice(finer, box.astype(np.float32)), None
     # the sparse lattice, in batches of the control points that matter most
-    keys, sparse = no_keys, _scatter_to_box(levels.specular, axes, no_keys, z[:0])
+    keys, specular = no_keys, _scatter_to_box(levels.specular, axes, no_keys, z[:0])
     for number in range(_BATCHES[axes]):
         progress.report(0.4 + 0.6 * number / _BATCHES[axes], "Fitting the sparse lattice")
-        residual = z - dense.evaluate(box, finer, x) - dense.evaluate(sparse, levels.specular, x)
+        residual = z - dense.evaluate(box, finer, x) - dense.evaluate(specular, levels.specular, x)
         count = min(levels.kept_count(axes) // _BATCHES[axes], _MOST_UNKNOWNS)
         chosen = _most_useful(x, levels.specular, weights, residual, count, keys)
         keys = np.union1d(keys, chosen)
@@ -187,23 +187,17 @@ def fit_to_samples(samples: Samples, coordinates: Coordinates, transform: LogRel
             equations = NormalEquations(x, [(level, None), (levels.specular, keys)])
             control_points, of_sparse = equations.solve(weights, z, [regularisation, _independent(keys, kernel)])
             box = _refine_box(control_points, level, finer, axes)
-            sparse = _scatter_to_box(levels.specular, axes, keys, of_sparse)
+            specular = _scatter_to_box(levels.specular, axes, keys, of_sparse)
         else:
             of_sparse = _solve_control_points(x, levels.specular, chosen, weights, residual, kernel)
-            sparse += _scatter_to_box(levels.specular, axes, chosen, of_sparse)
-    index = perfect_hash.build(keys)
-    return (DenseLattice(finer, box.astype(np.float32)),
-            SparseLattice(levels.specular, index, sparse.reshape(-1, z.shape[1])[index.keys].astype(np.float32), axes))
+            specular += _scatter_to_box(levels.specular, axes, chosen, of_sparse)
+    return DenseLattice(finer, box.astype(np.float32)), sparse.keep(specular, levels.specular, keys)
 
 
 def stratified_sample(x: FloatArray) -> tuple[IntArray, FloatArray]:
     """A stratified random sample of at most `MAX_STRATIFIED` of coordinates (n, axes) in [0, 1]: their indices, and how
-    many each stands for.
-
-    Some are a stratified random sample of the cells of a grid, with as many of each: about a mirror direction a table
-    may have a handful amid millions elsewhere, of which a random sample has none, and lattices have spikes and holes.
-    The others are drawn at random.
-    """
+    many each stands for. Some are of the cells of a grid, as many of each: about a mirror direction a table may have a
+    handful amid millions elsewhere, of which a random sample has none, and lattices have spikes and holes."""
     if len(x) <= MAX_STRATIFIED:
         return np.arange(len(x)), np.ones(len(x))
     side = round(_STRATA ** (1 / x.shape[1]))
@@ -224,7 +218,7 @@ def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: Float
     """The control points, other than those known, that can each lower the errors most: positions in the box."""
     gain = gains(x, level, weights, residual)
     gain[known] = 0
-    return least_squares.select_largest(gain, dense.representative(level, x.shape[1]).ravel(), count)[1]
+    return select_largest(gain, dense.representative(level, x.shape[1]).ravel(), count)
 
 
 def _solve_control_points(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray,
@@ -254,9 +248,9 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     """The log-likelihood of each value of many samples in systems of as many axes, above priors of one offset, with a
     dense lattice for the field: (systems, transforms); constants are left out.
 
-    A few samples do not tell how narrow a highlight is, many do. The control points have the kernel's covariance, and
-    the samples noise that falls with their weights; the variance of the field is the most likely one of each channel
-    (Rasmussen and Williams, equations 5.8, and A.9 and A.10, by which its matrices have the size of the lattice).
+    The control points have the kernel's covariance, and the samples noise that falls with their weights; the variance
+    of the field is the most likely one of each channel (Rasmussen and Williams, equations 5.8, and A.9 and A.10, by
+    which its matrices have the size of the lattice).
     """
     weights = _weights(samples, transforms[0].offset)
     z = np.concatenate([each.field(samples.values, *samples.directions) for each in transforms], axis=1)
@@ -278,48 +272,37 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     return values
 
 
-class IncidenceValidation:
-    """How well a dense lattice predicts whole incidences of many samples that it has not seen, for any kernel.
+def incidence_error(samples: Samples, coordinates: Coordinates, transform: LogRelative) -> Callable[[Kernel], float]:
+    """The error of a kernel by cross-validation: the root mean square of weighted errors with which a dense lattice
+    predicts whole incidences of many samples that it has not seen, between the flattest and the steepest, in `_FOLDS`
+    folds; of samples without any, single ones."""
+    axes = len(coordinates.axes)
+    level = _TRIED[axes]
+    first, unknown = np.unique(dense.representative(level, axes).ravel(), return_inverse=True)
+    x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+    weights, fold = _weights(samples, transform.offset), _folds(samples)
+    parts = [out for out in (fold == number for number in range(_FOLDS)) if out.any() and not out.all()]
+    systems = [NormalEquations(x[~out], [(level, None)]).reduced_system(weights[~out], z[~out]) for out in parts]
 
-    Incidences between the flattest and the steepest are left out, in `_FOLDS` folds: of a few every one by itself, of
-    those that lie densely every fifth, between others. Of samples without an incidence between, it is single ones.
-    """
-
-    def __init__(self, samples: Samples, coordinates: Coordinates, transform: LogRelative) -> None:
-        self._axes = len(coordinates.axes)
-        self._level = _TRIED[self._axes]
-        same = dense.representative(self._level, self._axes).ravel()
-        self._first, self._unknown = np.unique(same, return_inverse=True)
-        x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
-        weights, fold = _weights(samples, transform.offset), _folds(samples)
-        self._left_out = []
-        for out in (fold == number for number in range(_FOLDS)):
-            if out.any() and not out.all():
-                equations = NormalEquations(x[~out], [(self._level, None)]).reduced_system(weights[~out], z[~out])
-                self._left_out.append((*equations, x[out], weights[out, None], z[out]))
-
-    def error(self, kernel: Kernel) -> float:
-        """The root mean square of weighted errors of the field, by cross-validation: at incidences left out."""
-        inverse = kernel.noise * precision(self._level, self._axes, kernel)[self._first[:, None], self._first]
-        errors = [weights * (dense.evaluate(self._box(matrix + inverse, moment), self._level, x) - z)
-                  for matrix, moment, x, weights, z in self._left_out]
+    def error(kernel: Kernel) -> float:
+        inverse, errors = kernel.noise * precision(level, axes, kernel)[first[:, None], first], []
+        for out, (matrix, moment) in zip(parts, systems, strict=True):
+            box = np.linalg.solve(matrix + inverse, moment)[unknown].reshape(*dense.shape(level, axes), -1)
+            errors.append(weights[out, None] * (dense.evaluate(box, level, x[out]) - z[out]))
         return float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) if errors else 0.0
 
-    def _box(self, matrix: FloatArray, moment: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.solve(matrix, moment)[self._unknown].reshape(
-            *dense.shape(self._level, self._axes), -1))
+    return error
 
-    def select_kernel(self, kernels: Sequence[Kernel]) -> Kernel:
-        """The first of kernels whose cross-validated error is the least, but for what so coarse a lattice does not
-        show."""
-        errors = [self.error(kernel) for kernel in kernels]
-        most = _ALIKE_ERRORS * min(errors)
-        return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= most)
+
+def select_kernel(kernels: Sequence[Kernel], error: Callable[[Kernel], float]) -> Kernel:
+    """The first of kernels whose error is about the least, as far as so coarse a lattice shows."""
+    errors = [error(kernel) for kernel in kernels]
+    return next(kernel for kernel, each in zip(kernels, errors, strict=True) if each <= _ALIKE_ERRORS * min(errors))
 
 
 def _folds(samples: Samples) -> IntArray:
-    """The fold of the cross-validation in which each sample is left out, (n,), with all others of its incidence: -1
-    for never, which the flattest and the steepest incidences are, as nothing beyond them is measured."""
+    """The fold of the cross-validation in which each sample is left out, (n,), with all others of its incidence: -1 for
+    never, as nothing beyond the flattest and the steepest incidences is measured."""
     steps = np.rint(np.degrees(samples.theta_i) * _STEPS_PER_DEGREE).astype(np.int64)
     incidences = steps
     if not samples.isotropic:
@@ -345,10 +328,8 @@ def _refine_box(control_points: FloatArray, level: int, finer: int, axes: int) -
 
 
 def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
-    """The inverse of a kernel's covariance of the places of a dense lattice's control points: (points, points) float64.
-
-    Of mirror images, which are one unknown, the first has all of it.
-    """
+    """The inverse of a kernel's covariance of the places of a dense lattice's control points, (points, points). Of
+    mirror images, which are one unknown, the first has all of it."""
     shape, origin = dense.shape(level, axes), dense.origin(level, axes)
     first = np.unique(dense.representative(level, axes))
     places = np.moveaxis(np.indices(shape), 0, -1).reshape(-1, axes)[first] + np.array(origin)

@@ -13,16 +13,7 @@ KEPT_OF_FOUR = 3           # times the control points of three axes are kept of 
 
 @dataclass(frozen=True)
 class Levels:
-    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4). Raises ValueError if one of them is out of
-    range.
-
-    Examples
-    --------
-    95 percent of the 67^3 control points of level 6 are dropped:
-
-    >>> Levels(4, 6, 95.0).kept_count(3)
-    15038
-    """
+    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4). Raises ValueError if one is out of range."""
 
     diffuse: int            # D, the level of the dense lattice
     specular: int | None    # S, the level of the sparse lattice; None for the dense lattice alone
@@ -41,9 +32,7 @@ class Levels:
         return round((1 - self.compression / 100) * size)
 
     def four_axis_levels(self) -> "Levels":
-        """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis, and with
-        three times as many control points kept.
-        """
+        """Levels of about the same use for an anisotropic fit: one lower, with three times as many control points."""
         diffuse = min(max(self.diffuse - 1, 0), _FINEST_DENSE)
         if self.specular is None:
             return Levels(diffuse, None, self.compression)

@@ -1,7 +1,5 @@
-"""Presets: named sets of keyword arguments for `fit`: from small and quick to exact, then the paper's.
-
-Lists have them in this order everywhere.
-"""
+"""Presets: named sets of keyword arguments for `fit`, in the order of all lists: from small to exact, then the
+paper's."""
 
 from typing import TypedDict
 

@@ -1,13 +1,12 @@
-"""Fitting a model of lobes to samples: the prior of `regression_kriging`.
+"""Fitting a model of lobes to samples: the prior of `regression_kriging` (docs/fitting.md, step 3).
 
 The model adds what the samples alone do not tell: the height of a peak that no sample hit, and the growth of a lobe
-toward grazing incidence. Lobes are added one by one, each time the one that helps most of several kinds and widths. All
-parameters are then fitted by the algorithm of D. W. Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear
-Parameters, 1963.
+toward grazing incidence. Lobes are added one by one, each time the one that helps most.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 
@@ -50,13 +49,7 @@ _COLOURLESS = 0.1           # of a lobe's strengths toward their mean: no channe
 
 
 def lambertian(values: FloatArray) -> Microfacet:
-    """The model without lobes: the median of each channel of values (n, channels), 1/sr.
-
-    Examples
-    --------
-    >>> lambertian(np.array([[0.1], [0.2], [9.0]])).evaluate(0.3, 0, 0.2, 1).tolist()
-    [0.2]
-    """
+    """The model without lobes: the median of each channel of values (n, channels), 1/sr."""
     kd = np.maximum(np.median(values, axis=0), 0)
     return Microfacet(kd, np.zeros((0, len(kd))), np.zeros(0), np.zeros(0), np.zeros(0))
 
@@ -67,12 +60,8 @@ def parameter_count(model: Microfacet) -> int:
 
 
 def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Microfacet]:
-    """The Lambertian of typical values, (m, channels), 1/sr, and the least-squares models with one lobe, two lobes, and
-    so on.
-
-    Each is a least-squares fit of log(f + offset), the offset positive, 1/sr. A model that has more parameters than a
-    quarter of the values is left out.
-    """
+    """The Lambertian of typical values, (m, channels), 1/sr, and the least-squares fits of log(f + offset), the offset
+    positive, 1/sr, with one lobe, two lobes, and so on, up to as many parameters as a quarter of the values."""
     models = [lambertian(typical)]
     if not np.ptp(samples.values):
         return models
@@ -86,15 +75,14 @@ def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Mic
             break
         best = problem.best_model(larger)
         if problem.surface_components is not None and best[0].kinds[-1] == "mirror":
-            best = min(best, problem.best_model(_elongate(best[0])), key=_cost)
+            best = min(best, problem.best_model(_elongate(best[0])), key=itemgetter(1))
         current = best[0]
         models.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
     return models
 
 
 def _add_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> list[Microfacet]:
-    """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest; with
-    fibres, along several azimuths."""
+    """Models with another lobe, as strong as the model falls short where it is brightest; fibres along azimuths."""
     models = []
     for turn in _START_AZIMUTHS if kind == "fibre" else (0.0,):
         across = _DIP if kind == "fibre" else alpha
@@ -134,12 +122,11 @@ class _Problem:
 
     def best_model(self, starts: list[Microfacet]) -> tuple[Microfacet, float]:
         """The best model near several starts, and its sum of squares."""
-        promising = sorted((self.minimise(start, _FIRST_ITERATIONS) for start in starts), key=_cost)[:_PROMISING]
-        return min((self.minimise(model, _PRIOR_ITERATIONS) for model, _ in promising), key=_cost)
+        found = sorted((self.minimise(start, _FIRST_ITERATIONS) for start in starts), key=itemgetter(1))
+        return min((self.minimise(model, _PRIOR_ITERATIONS) for model, _ in found[:_PROMISING]), key=itemgetter(1))
 
     def minimise(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
-        """The model of the least regularised squares near a start, by Levenberg and Marquardt, and its sum of
-        squares."""
+        """The model of the least regularised squares near a start, and its sum of squares."""
         channels, kinds = self.values.shape[1], start.kinds
         count = _PARAMETERS if self.surface_components is None else _ANISOTROPIC_PARAMETERS
         target = bounded_log(self.values, 1.0)
@@ -191,13 +178,8 @@ class _Problem:
         return value, by_parameter * derivatives
 
 
-def _cost(solved: tuple[Microfacet, float]) -> float:
-    return solved[1]
-
-
 def _regularisation_forms(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
-    """The quadratic forms that regularise all parameters toward their start, and a lobe's strengths toward their
-    mean."""
+    """The quadratic forms that pull all parameters toward their start, and a lobe's strengths toward their mean."""
     count = shape * lobes + channels * (lobes + 1)
     apart = np.eye(channels) - 1 / channels
     colour = np.zeros((count, count))

@@ -1,21 +1,12 @@
-"""Regression kriging: a model of lobes, a Gaussian process of its residuals, and splines that store the result.
-
-In geostatistics, regression kriging is a regression whose residuals are interpolated by a Gaussian process (T. Hengl,
-G. B. M. Heuvelink, D. G. Rossiter: About regression-kriging, Computers & Geosciences 33(10), 2007). Here it has five
-steps, each a module:
-
-1. Fit priors of none to three lobes to the samples (`prior`).
-2. Choose the coordinates, the prior and the kernel under which the samples are likeliest (`gaussian_process`): the
-   field is the samples' log-ratio to the prior, as `LogRelative` has it. Where there are many samples, choose
-   coordinates and prior by a lattice for the field, and the kernel by incidences that it has not seen (`lattices`).
-3. Interpolate the field by a Gaussian process with that kernel, where there are few samples.
-4. Fit the lattices to its mean; where there are many samples, directly to these (`lattices`).
-5. Where the fit reflects more light than it receives, lower it (`energy`).
-"""
+"""Regression kriging: a model of lobes, a Gaussian process of its residuals, and splines that store the result (T.
+Hengl, G. B. M. Heuvelink, D. G. Rossiter: About regression-kriging, Computers & Geosciences 33(10), 2007). The steps of
+docs/fitting.md are modules: `prior`, `gaussian_process` with `highlight`, `lattices`, which of many samples chooses
+coordinates, prior and kernel too, and `energy`."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import cast
 
 import numpy as np
@@ -50,9 +41,8 @@ _SEARCHED = 450             # samples of which the likelihood is computed
 _OF_LATTICES = 4000         # samples to which lobes are fitted, and of many those of which it is computed
 _ROUGHNESSES = (0.7, 1e-5), (1.0, 1e-4), (1.75, 1e-4), (1.75, 1e-3)     # lengths and noises of kernels for many
                             # samples, from rough fields to smooth ones; under the first the rest is chosen
-# samples this many times below the prior count as failures, if they are at most this
+# samples this many times below the prior count as failures, if they are at most this share
 _FAILED_FACTOR, _RARELY = 5.0, 0.01
-                            # share
 _FAILURE = 10.0             # variance of the noise of failures, relative to the field's
 _EQUAL_ANGLES = np.radians(1)  # polar angles that are taken as equal
 _BOTH_WAYS = 0.1            # share of the pairs measured the rarer way, from which samples tell if they are reciprocal
@@ -64,11 +54,9 @@ _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vect
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What is known of samples before lattices are fitted: most of the work, which fits of several levels share.
-
-    Of more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of anisotropic ones there is no field. A highlight has the
-    colours that the field has there; it is None where the field keeps its own.
-    """
+    """What is known of samples before lattices are fitted: most of the work, which fits of several levels share. Of
+    more than `MAX_GAUSSIAN_PROCESS_SAMPLES` samples and of anisotropic ones there is no field; a highlight is None
+    where the field keeps its own colours."""
 
     coordinates: Coordinates
     transform: LogRelative
@@ -79,8 +67,8 @@ class Estimate:
 
 
 def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
-    """The maximum-likelihood coordinates, prior and kernel of samples, and the field where there are few; the prior is
-    `lobes` where these are known."""
+    """The likeliest coordinates, prior (`lobes` where known) and kernel of samples, and the field where there are
+    few."""
     # priors of one, two and three lobes
     grey = _desaturation(samples.values)
     plain = replace(samples, values=desaturate(samples.values, grey))
@@ -103,13 +91,9 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
         [each.field(searched.values, *searched.directions) for each in transforms],
         [_information_criterion(each.prior, searched.values.size) for each in transforms],
         _known_noise(searched, transforms[-1]), _reciprocities(samples))
-    trials, first = [], 0
-    for number, family in enumerate(families):
-        with progress.part(0.4 + 0.4 * number / len(families), 0.4 + 0.4 * (number + 1) / len(families),
-                           "Fitting shape"):
-            trials.append(search.maximise(range(first, first + len(family))))
-        first += len(family)
-    likeliest = max(trials, key=lambda each: each.value)
+    numbers = np.split(np.arange(len(systems)), np.cumsum([len(family) for family in families])[:-1])
+    with progress.part(0.4, 0.8, "Fitting shape"):
+        likeliest = max((search.maximise(each.tolist()) for each in progress.each(numbers)), key=attrgetter("value"))
     progress.report(0.8, "Fitting shape")
     # the field of all samples, and the colour of its highlight
     coordinates, transform = systems[likeliest.system], transforms[likeliest.prior]
@@ -140,16 +124,16 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
         if back.max() > values[first, number]:
             system = narrow[int(back.argmax())]
     progress.report(0.6)
-    judge = lattices.IncidenceValidation(subsample(samples, lattices.MAX_STRATIFIED), system, transform)
-    kernel = judge.select_kernel(kernels)
+    error = lattices.incidence_error(subsample(samples, lattices.MAX_STRATIFIED), system, transform)
+    kernel = lattices.select_kernel(kernels, error)
     if len(reciprocities) > 1:
-        kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=judge.error)
+        kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=error)
     return Estimate(system, transform, kernel, None, None, None)
 
 
 def _information_criterion(model: Microfacet, values: int) -> float:
-    """What a prior's parameters take from the log-likelihood of each value (G. Schwarz: Estimating the Dimension of a
-    Model, Annals of Statistics 6(2), 1978)."""
+    """The price of a prior's parameters (G. Schwarz: Estimating the Dimension of a Model, Annals of Statistics 6(2),
+    1978)."""
     return 0.5 * math.log(values) * prior.parameter_count(model) / values
 
 
@@ -158,11 +142,8 @@ def _mu(coordinates: Coordinates, samples: Samples) -> FloatArray:
 
 
 def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
-    """Systems of coordinates, each with all of its stretches: of few samples those that say most of directions where
-    none are, of many the one in which a lattice shows most of these.
-
-    Of anisotropic samples, along the axes, and along those of the narrowest anisotropic lobe of a model.
-    """
+    """Systems of coordinates, each with its stretches: of few samples those that say most of directions where none are,
+    of many the one in which a lattice shows most; of anisotropic ones, also along the narrowest lobe's axes."""
     stretches = [each for each in _STRETCHES_OF_MANY if each * _finest(samples) < _RESOLVED]
     if samples.isotropic:
         if len(samples) > MAX_GAUSSIAN_PROCESS_SAMPLES:
@@ -183,10 +164,8 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
 
 
 def _finest(samples: Samples) -> float:
-    """The radius of the half angle up to which samples tell what a highlight is like, in the plane of incidence.
-
-    Across it steps of the azimuth are as fine as one likes at small polar angles.
-    """
+    """The radius of the half angle up to which samples tell what a highlight is like, in the plane of incidence: across
+    it steps of the azimuth are as fine as one likes at small polar angles."""
     radius = 2 * HalfAngle().encode(*samples.directions)[:, 0] - 1
     along = np.abs(samples.theta_i - samples.theta_o)
     across = np.sin(samples.theta_o) * np.arccos(-np.cos(samples.phi_o - samples.phi_i))
@@ -205,19 +184,7 @@ def _sixth_smallest(numbers: FloatArray) -> float:
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
-    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them.
-
-    A plausible fit is nowhere negative, and has a directional albedo of at most 1: `Fit.changes` says what that
-    changed. Anisotropic samples are fitted with `Levels.four_axis_levels`.
-
-    Examples
-    --------
-    A single measurement says nothing of other directions, so the fit is a Lambertian:
-
-    >>> one = Samples([0.5], [0], [0.5], [0], [[0.2]])
-    >>> float(fit(one, Levels(2, 3, 99.0)).evaluate(0, 0, 1.2, 2)[0].round(6))
-    0.2
-    """
+    """Fit samples by regression kriging; `estimated` is what `estimate` returned for them."""
     if estimated is None:
         with progress.part(0.0, 0.6):
             estimated = estimate(samples)
@@ -238,8 +205,8 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
 
 
 def _reciprocities(samples: Samples) -> Sequence[float]:
-    """Those among which samples choose: of nearly all pairs measured one way, say with the light the steeper direction,
-    nothing tells how they differ from those measured the other way, and the field is reciprocal."""
+    """Those among which samples choose: of nearly all pairs measured one way, nothing tells how they differ from those
+    measured the other way, and the field is reciprocal."""
     apart = samples.theta_i - samples.theta_o
     apart = apart[np.abs(apart) > _EQUAL_ANGLES]
     both_ways = len(apart) and min((apart > 0).mean(), (apart < 0).mean()) >= _BOTH_WAYS
@@ -247,11 +214,9 @@ def _reciprocities(samples: Samples) -> Sequence[float]:
 
 
 def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
-    """The variance of each sample's noise beyond that of the kernel, relative to the field's: (n,).
-
-    Of repeated measurements, their scatter. A few samples far below the prior are failures of a detector, which reads
-    next to nothing amid a lobe; where there are many, it is the prior that fails.
-    """
+    """The variance of each sample's noise beyond that of the kernel, relative to the field's, (n,): of repeated
+    measurements, their scatter. A few samples far below the prior are failures of a detector, which reads next to
+    nothing amid a lobe; where there are many, it is the prior that fails."""
     field = transform.field(samples.values, *samples.directions)
     failed = field.mean(axis=1) < -math.log(_FAILED_FACTOR)
     noise = np.where(failed & (failed.mean() <= _RARELY), _FAILURE, 0.0)
@@ -263,8 +228,7 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
 
 
 def _desaturation(values: FloatArray) -> float:
-    """The desaturation that makes nearly all bright samples, (n, channels) in 1/sr, positive:
-    `LogRelative.desaturation`."""
+    """`LogRelative.desaturation` with which nearly all bright samples, (n, channels), are positive."""
     if values.shape[1] != len(RGB):
         return 0.0
     mean, least = values.mean(axis=1), values.min(axis=1)
@@ -283,7 +247,6 @@ def _typical(samples: Samples) -> FloatArray:
 
 
 def _offset(typical: FloatArray) -> float:
-    """The offset of `LogRelative`: the median of typical values, 1/sr; zeros, of which a detector that sees nothing
-    gives many, have no size."""
+    """The median of typical values, 1/sr; zeros, of which a detector that sees nothing gives many, have no size."""
     sizes = np.abs(typical[typical != 0])
     return float(max(np.median(sizes), _LEAST_OF_LARGEST * sizes.max(), LEAST_OFFSET)) if len(sizes) else 1.0

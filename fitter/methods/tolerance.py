@@ -1,12 +1,14 @@
 """The smallest fit whose error is within a tolerance."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray, IntArray
+from ..arrays import select_directions
 from ..lattice import dense
 from ..model.fit import Fit, notation
 from ..quality import cross_validation
@@ -22,11 +24,9 @@ KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the 
 
 
 def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fit:
-    """Find the fit of fewest bytes whose error is within a tolerance.
-
-    The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 4
-    (`Levels.four_axis_levels`). For each diffuse level, bisection finds the
-    largest compression that suffices.
+    """Find the fit of fewest bytes whose error is within a tolerance, by bisection of the compression for each diffuse
+    level: of fits by "kriging" with a specular lattice of level 6, or of anisotropic samples 4
+    (`Levels.four_axis_levels`).
 
     Parameters
     ----------
@@ -54,13 +54,12 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
     if held_out and len(samples) == 1:
         raise ValueError("one sample cannot be predicted from the others")
     every = np.arange(len(samples))
-    # the samples that are fitted, and those that are predicted of them
-    parts = [(np.setdiff1d(every, fold), fold) for fold in cross_validation.folds(len(samples))] if held_out else [
-        (every, every)]
+    parts = cross_validation.folds(len(samples)) if held_out else [every]
     stored = len(distinct_channels(samples)[0].channels)         # equal channels are stored, and counted, once
     with progress.part(0.0, 0.3):
-        folds = [_Fold(samples, *part) for part in progress.each(parts)]
-    whole = folds[0] if not held_out else _Fold(samples, every, every)
+        folds = [(part, _prepared_fit(subset(samples, np.setdiff1d(every, part) if held_out else part)))
+                 for part in progress.each(parts)]
+    fit_whole = _prepared_fit(samples) if held_out else folds[0][1]
 
     # bisection over the compression, for each diffuse level
     counts = [count for count in KEPT if count <= 8 * len(samples)]
@@ -74,27 +73,29 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fi
         while low < high:
             middle = (low + high) // 2
             compression = _compression(counts[middle])
-            begin = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS)
+            begin, found = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS), np.empty(samples.values.shape)
             with progress.part(begin, begin + 0.7 / steps / len(DIFFUSE_LEVELS)):
-                predictions = [fold.predict(diffuse_level, compression) for fold in progress.each(folds)]
-            found = np.empty(samples.values.shape)
-            found[np.concatenate([fold for _, fold in parts])] = np.concatenate(predictions)
+                for part, fit_fold in progress.each(folds):
+                    fitted = fit_fold(diffuse_level=diffuse_level, compression=compression)
+                    found[part] = fitted.evaluate(*select_directions(samples.directions, part))
             error = error_metrics(samples.values, found).rmse
             step += 1
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
-            if error <= tolerance:
-                high = middle
-            else:
-                low = middle + 1
+            low, high = (low, middle) if error <= tolerance else (middle + 1, high)
         if high < len(counts):
             end = 0.3 + 0.7 * (number + 1) / len(DIFFUSE_LEVELS)
             with progress.part(end, end):
-                fitted = whole.fit(diffuse_level, _compression(counts[high]))
+                fitted = fit_whole(diffuse_level=diffuse_level, compression=_compression(counts[high]))
             smallest = min(smallest or fitted, fitted, key=lambda fit: fit.nbytes)
     if smallest is None:
         raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "
                          f"expected a larger tolerance")
     return smallest
+
+
+def _prepared_fit(samples: Samples) -> Callable[..., Fit]:
+    """`fit` of samples, for which the estimate is made once."""
+    return partial(fit, samples, specular_level=SPECULAR_LEVEL, method=METHOD, **prepare(samples, METHOD))
 
 
 def fit_arguments(fit: Fit) -> dict[str, Any]:
@@ -105,20 +106,6 @@ def fit_arguments(fit: Fit) -> dict[str, Any]:
         diffuse_level, compression = diffuse_level + 1, _compression(round(count / KEPT_OF_FOUR))
     return {"diffuse_level": diffuse_level, "specular_level": SPECULAR_LEVEL, "compression": compression,
             "method": METHOD}
-
-
-class _Fold:
-    """Samples that are fitted, and those that are predicted; the estimate is made once for all fits."""
-
-    def __init__(self, samples: Samples, fitted: IntArray, predicted: IntArray) -> None:
-        self._fitted, self._predicted = subset(samples, fitted), subset(samples, predicted)
-        self._prepared = prepare(self._fitted, METHOD)
-
-    def fit(self, diffuse_level: int, compression: float) -> Fit:
-        return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, **self._prepared)
-
-    def predict(self, diffuse_level: int, compression: float) -> FloatArray:
-        return self.fit(diffuse_level, compression).evaluate(*self._predicted.directions)
 
 
 def _dense_size(samples: Samples, diffuse_level: int) -> int:

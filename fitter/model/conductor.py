@@ -2,11 +2,10 @@
 
     f = F(theta_d) D(h) G2(i, o) / (4 cos theta_i cos theta_o) + M (1 - E(i)) (1 - E(o)) / (pi (1 - E_avg))
 
-D and the height-correlated G2 are those of GGX, with a width along the tangent and one across it (E. Heitz:
-Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014). The second term is light of
-several bounces (C. Kulla, A. Conty: Revisiting Physically Based Shading at Imageworks, SIGGRAPH 2017): E is what the
-first term reflects where F is 1, E_avg its mean, and M = F_avg^2 E_avg / (1 - F_avg (1 - E_avg)), so that a metal
-without losses reflects all light.
+D and G2 have a width along the tangent and one across it (`model.ggx`). The second term is light of several bounces (C.
+Kulla, A. Conty: Revisiting Physically Based Shading at Imageworks, SIGGRAPH 2017): E is what the first term reflects
+where F is 1, E_avg its mean, and M = F_avg^2 E_avg / (1 - F_avg (1 - E_avg)), so that a metal without losses reflects
+all light.
 
 F is that of unpolarised light, of a spectrum of n and k, under D65 in linear Rec.709. A colour outside that gamut (the
 red of gold) is cut to 1: more light than arrives is reflected by nothing.
@@ -17,7 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import ArrayLike, ComplexArray, FloatArray
+from ..arrays import ArrayLike, ComplexArray, FloatArray, unit_vectors
+from .ggx import reflect_at_visible_normals
 from .microfacet import Microfacet, geometry, surface_components
 
 _COSINES = np.linspace(0, 1, 513)       # at which F is tabulated: errors between them are below 1e-5
@@ -42,11 +42,6 @@ class Conductor:
     def isotropic(self) -> bool:
         """Whether the lobe has one width."""
         return self.alpha == self.across
-
-    @property
-    def brightness(self) -> float:
-        """The largest component of what is reflected at normal incidence."""
-        return float(self._fresnel[-1].max())
 
     def log_falloff(self, theta_h: FloatArray) -> FloatArray:
         """By how much the logarithm of the lobe is lower than at its peak, at half angles of (n,) radians."""
@@ -115,55 +110,15 @@ class Conductor:
 
     @cached_property
     def _albedo(self) -> FloatArray:
-        """E at `_TABLE_ANGLES` and `_PHI`: (46, 10).
-
-        Over normals as they are visible (E. Heitz: Sampling the GGX Distribution of Visible Normals, JCGT 7(4), 2018),
-        of which the first term reflects G2 / G1.
-        """
-        first, second = ((np.arange(_QUADRATURE) + 0.5) / _QUADRATURE for _ in range(2))
-        radius, angle = (each.ravel() for each in np.meshgrid(np.sqrt(first), 2 * np.pi * second))
-        found = np.empty((len(_TABLE_ANGLES), len(_PHI)))
-        for row, theta in enumerate(_TABLE_ANGLES):
-            for column, phi in enumerate(_PHI[:1] if self.isotropic else _PHI):
-                found[row, column] = self._visible_normal_reflectance(min(theta, np.pi / 2 - 1e-6), phi, radius, angle)
-            if self.isotropic:
-                found[row] = found[row, 0]
-        return found
-
-    def _visible_normal_reflectance(self, theta: float, phi: float, radius: FloatArray, angle: FloatArray) -> float:
-        """The mean of G2 / G1 over visible normals, given points of the unit disk."""
-        view = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-        stretch = np.array([self.alpha, self.across, 1.0])
-        v = view * stretch / np.linalg.norm(view * stretch)
-        first = np.array([-v[1], v[0], 0]) / max(np.hypot(v[0], v[1]), _LEAST) if theta > 0 else np.array([1.0, 0, 0])
-        second = np.cross(v, first)
-        x, y = radius * np.cos(angle), radius * np.sin(angle)
-        s = (1 + v[2]) / 2
-        y = (1 - s) * np.sqrt(1 - x ** 2) + s * y
-        normal = np.outer(x, first) + np.outer(y, second) + np.outer(np.sqrt(np.maximum(1 - x ** 2 - y ** 2, 0)), v)
-        normal *= stretch
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        light = 2 * (normal @ view)[:, None] * normal - view
-        up = light[:, 2] > 0
-        cos_i, cos_o = light[up, 2], view[2]
-        long_i = np.sqrt(((light[up] * stretch) ** 2).sum(axis=1))
-        long_o = np.sqrt(((view * stretch) ** 2).sum())
-        masking = cos_i * (cos_o + long_o) / (cos_o * long_i + cos_i * long_o)
-        return float(masking.sum() / len(radius))
+        """E at `_TABLE_ANGLES` and `_PHI`: (46, 10)."""
+        theta, phi = np.minimum(_TABLE_ANGLES, np.pi / 2 - 1e-6), _PHI[:1] if self.isotropic else _PHI
+        sums = [[reflect_at_visible_normals(view, self.alpha, self.across, _QUADRATURE)[0].sum() for view in views]
+                for views in unit_vectors(theta[:, None], phi)]
+        return np.broadcast_to(np.array(sums) / _QUADRATURE ** 2, (len(_TABLE_ANGLES), len(_PHI)))
 
 
 def conductor_fresnel(n: FloatArray, k: FloatArray, cosine: FloatArray) -> FloatArray:
-    """The unpolarised reflectance of a conductor of index n + i k, at an angle of incidence of this cosine.
-
-    Fresnel's equations, of arrays that broadcast.
-
-    Examples
-    --------
-    Without k it is that of a dielectric:
-
-    >>> conductor_fresnel(np.array(1.5), np.array(0.0), np.array([1.0, 0.0])).round(6).tolist()
-    [0.04, 1.0]
-    """
+    """The unpolarised reflectance of a conductor of index n + i k at a cosine of incidence; arrays broadcast."""
     index = n + 1j * k
     inside = np.sqrt(index ** 2 - 1 + cosine ** 2)         # index times the cosine inside
     s = (cosine - inside) / (cosine + inside)

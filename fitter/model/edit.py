@@ -1,21 +1,18 @@
 """Edits of a fitted reflectance: its diffuse part and its highlight scaled apart, the highlight widened, a clear coat.
 
 A fit f is split by a level of its own, at each pair of directions and in each channel. Up to the level all of f is
-diffuse; above it, ever less is added, up to one and a half times the level from twice the level on ::
+diffuse; above it ever less is added, up to one and a half times the level from twice the level on ::
 
     diffuse(f) = f - (f - level)^2 / (2 level)      for level < f < 2 level
     highlight(f) = f - diffuse(f)
 
-The highlight is widened by `width` in the slopes of microfacets, the tangents of the half angle theta_h: it is taken
-where the half vector h has its slope divided by the width, h and both directions turned together so that the
-difference angle stays. The density of slopes falls by the square of the width, and that of half vectors, D, by what
-their change of variables adds (B. Walter, S. Marschner, H. Li, K. Torrance: Microfacet Models for Refraction through
-Rough Surfaces, EGSR 2007, for D and slopes) ::
+The highlight is widened in the slopes of microfacets, the tangents of the half angle theta_h: it is taken where the
+half vector has its slope divided by `width`, both directions turned with it so that the difference angle stays, times
+the Jacobian (B. Walter, S. Marschner, H. Li, K. Torrance: Microfacet Models for Refraction through Rough Surfaces, EGSR
+2007) and a factor g, which keeps the directional albedo at every polar angle; it is close to 1 where masking and the
+horizon play no part ::
 
     highlight'(i, o) = highlight(i', o') (cos theta_h' / cos theta_h)^4 / width^2 g(theta_i) g(theta_o)
-
-The factor g makes the light that the highlight reflects, its directional albedo, the same as before at every polar
-angle; it is close to 1 where masking and the horizon play no part. A width below 1 sharpens.
 
 The clear coat is a dielectric of index 1.5 above: GGX with Schlick's Fresnel term F, and below it what both directions
 leave of the rest, where A is the directional albedo of the coat ::
@@ -32,6 +29,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..shader_constants import COAT_F0, LEAST_HEIGHT_2, LEAST_HORIZON_COSINE, LEAST_LENGTH
+from .ggx import ggx
 from .microfacet import geometry
 from .transform import factor_of_angle
 
@@ -64,10 +62,8 @@ class Edit:
 
     def reflectance(self, measured: _Measured, columns: tuple[int, ...], theta_i: FloatArray, phi_i: FloatArray,
                     theta_o: FloatArray, phi_o: FloatArray) -> FloatArray:
-        """The edited reflectance at directions (n,), radians: (n, channels), 1/sr.
-
-        `measured` is the fit as it was: four (n,) to (n, columns). Where that is negative it counts as 0.
-        """
+        """The edited reflectance at directions (n,), radians: (n, channels), 1/sr. `measured` is the fit as it was:
+        four (n,) to (n, columns). Where that is negative it counts as 0."""
         directions = theta_i, phi_i, theta_o, phi_o
         value = np.maximum(measured(*directions), 0)
         diffuse = diffuse_part(value, self.level)
@@ -80,8 +76,7 @@ class Edit:
 
     def widen_highlight(self, measured: _Measured, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray,
                         phi_o: FloatArray) -> FloatArray:
-        """The highlight in all columns, read at narrowed directions, times their Jacobian and `balance`: (n, columns),
-        1/sr."""
+        """The widened highlight in all columns: (n, columns), 1/sr."""
         directions, density = narrow_directions(theta_i, phi_i, theta_o, phi_o, self.width)
         value = np.maximum(measured(*directions), 0)
         highlight: FloatArray = (value - diffuse_part(value, self.level)) * density[:, None]
@@ -127,8 +122,5 @@ def narrow_directions(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArra
 
 def coat(alpha: float, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> FloatArray:
     """GGX reflection of the coat, with height-correlated masking: (n,), 1/sr."""
-    at, alpha2 = geometry(theta_i, phi_i, theta_o, phi_o), alpha * alpha
-    steepness = (1 + at.tan2_h) / (1 + at.tan2_h / alpha2)
-    long_i, long_o = (np.sqrt(cosine ** 2 * (1 - alpha2) + alpha2) for cosine in (at.cos_i, at.cos_o))
-    visibility = 0.5 / np.maximum(at.cos_o * long_i + at.cos_i * long_o, LEAST_LENGTH)
-    return np.asarray(steepness ** 2 / (np.pi * alpha2) * (COAT_F0 + (1 - COAT_F0) * (1 - at.cos_d) ** 5) * visibility)
+    at = geometry(theta_i, phi_i, theta_o, phi_o)
+    return ggx(at, alpha, COAT_F0 + (1 - COAT_F0) * (1 - at.cos_d) ** 5)

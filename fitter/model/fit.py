@@ -1,9 +1,5 @@
-"""The bi-level model of Kameya and Lewis 2002, section 4, generalised to other coordinates and transforms.
-
-The lattices hold a field f_d + f_s over coordinates of the directions: f_d on a coarse dense lattice, f_s on a fine
-sparse one, which keeps the same control points for all channels. A transform maps the field to reflectance; in the
-paper it is the identity.
-"""
+"""The bi-level model of Kameya and Lewis 2002, section 4, generalised to other coordinates and transforms: the lattices
+hold a field f_d + f_s over coordinates of the directions, which a transform maps to reflectance."""
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -201,13 +197,7 @@ class Fit:
 
 
 def notation(diffuse_level: int, specular_level: int | None = None, compression: float = 0.0) -> str:
-    """The levels of a fit in the paper's notation: ``(D,S,C)``, or ``level D`` for plain MBA.
-
-    Examples
-    --------
-    >>> notation(4, 6, 95.0), notation(6)
-    ('(4,6,95)', 'level 6')
-    """
+    """The levels of a fit in the paper's notation: ``(D,S,C)``, or ``level D`` for plain MBA."""
     return f"level {diffuse_level}" if specular_level is None else (
         f"({diffuse_level},{specular_level},{compression:g})")
 

@@ -1,15 +1,9 @@
 """Fits as files or bytes: NumPy .npz archives with a version, without pickled objects; every entry is checked on
 reading.
 
-The entries are `header`, a JSON text with format, version, coordinates, transform, levels, compression, channels,
-columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
-log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`, and if
-its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit in half and difference coordinates has
-`softening` and `stretch`, of half angles `stretch` and `back_stretch`, or of an anisotropic one `along`, `across` and
-`turn`; that of a log-relative one `offset`, `plausible`, `grey` and `lobes`, the kinds of the prior's lobes. An edited
-fit has the entries `edit_diffuse`, `edit_highlight`, `edit_level`, `edit_balance` and `edit_through`, and `edit` in the
-header: width, coat and coat_width. Of what has light below its surface the header has `subsurface`: albedo,
-mean_free_path and index.
+The entries are arrays, and `header`, a JSON text. Those that all fits have are in `to_bytes`; besides there are the
+arrays `coefficients`, `keys` and `displacement` of a bi-level fit; `prior_*` and `damping` of a log-relative one;
+`edit_*` of an edited one; and in the header the parameters of the coordinates, `edit` and `subsurface`.
 """
 
 import json
@@ -47,15 +41,13 @@ _OF_COORDINATES = {"softening": (LEAST_SOFTENING, 0.9), "stretch": _STRETCH, "ba
                    "along": _AXIS_STRETCH, "across": _AXIS_STRETCH, "turn": (-np.pi, np.pi)}
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
 _ANISOTROPIC_PRIOR = ("across", "turn")
-_EDIT, _EDIT_NUMBERS = ("diffuse", "highlight", "level", "balance", "through"), ("width", "coat", "coat_width")
+_EDIT = ("diffuse", "highlight", "level", "balance", "through")
+_EDIT_NUMBERS = {"width": WIDTH_BOUNDS, "coat": (0.0, 1.0), "coat_width": COAT_WIDTHS}
 _Arrays = dict[str, NDArray[Any]]
 
 
 def to_bytes(parts: dict[str, Any]) -> bytes:
-    """A fit, given as the keyword arguments of a `Fit`, as an .npz file has it: without the folders of its source.
-
-    Equal fits have equal bytes.
-    """
+    """A fit's keyword arguments as an .npz file, without the folders of its source; equal fits have equal bytes."""
     coordinates, transform, edit = parts["coordinates"], parts["transform"], parts["edit"]
     diffuse, specular, below = parts["diffuse"], parts["specular"], parts["subsurface"]
     # what every fit has
@@ -90,10 +82,8 @@ def to_bytes(parts: dict[str, Any]) -> bytes:
 
 
 def read(path: str | Path) -> dict[str, Any]:
-    """Read a file of a fit: the keyword arguments of a `Fit`.
-
-    Raises DatasetError if the file is not there, is not a fit of a known version, or is damaged.
-    """
+    """The keyword arguments of a `Fit` in a file. Raises DatasetError where it is absent or holds no fit of this
+    version."""
     return from_bytes(files.read_bytes(path, npz.LARGEST_ARCHIVE), path)
 
 
@@ -144,21 +134,18 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
 
     # the sparse lattice: keys and hash table must agree
     level = _level(header["specular_level"])
-    compression = float(header["compression"])
-    _check(0 <= compression <= 100, "its compression is not a percentage")
-    keys = entries["keys"]
-    n = len(keys)
+    compression = _number(header, "compression", 0, 100)
+    n = len(entries["keys"])
     _check(axes == ISOTROPIC_AXES or level <= dense.MAX_LEVEL_OF_FOUR_AXES, "its sparse lattice is too large")
     size = math.prod(dense.shape(level, axes))
     _check(n <= size, "more keys than its lattice has control points")
-    keys = _array(entries, "keys", (n,), np.uint32)
+    keys = _array(entries, "keys", (n,), np.uint32, 0, size - 1)
     displacement = entries["displacement"]
     _check(displacement.ndim == 1 and len(displacement) and displacement.dtype in (np.uint16, np.uint32),
            "its hash table is not a table")
     _check(displacement.max() < max(n, 1), "a displacement of its hash table is too large")
     multiplier = header["multiplier"]
     _check(type(multiplier) is int and 0 < multiplier < perfect_hash.MULTIPLIERS, "its hash function is unknown")
-    _check(not n or keys.max() < size, "a key lies outside its lattice")
     index = perfect_hash.PerfectHash(keys, displacement, multiplier)
     _check((index.slots(keys) == np.arange(n)).all(), "its hash table does not find its keys")
     coefficients = _array(entries, "coefficients", (n, stored), np.float32)
@@ -168,12 +155,10 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
 def _coordinates(header: dict[str, Any]) -> Coordinates:
     _check(header["coordinates"] in COORDINATES, "its coordinates are unknown")
     system: type[Any] = COORDINATES[header["coordinates"]]
-    numbers = {field.name: header[field.name] for field in fields(system)}
-    for name, number in numbers.items():
-        low, high = _OF_COORDINATES[name]
-        without = name in ("stretch", "back_stretch") and number == NO_STRETCH
-        _check(isinstance(number, float) and (without or low <= number <= high),
-               f"its {name} is not a number from {low:g} to {high:g}")
+    numbers = {}
+    for name in (field.name for field in fields(system)):
+        unstretched = name in ("stretch", "back_stretch") and header[name] == NO_STRETCH
+        numbers[name] = NO_STRETCH if unstretched else _number(header, name, *_OF_COORDINATES[name])
     return cast(Coordinates, system(**numbers))
 
 
@@ -184,54 +169,39 @@ def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRela
     ks = entries["prior_ks"]
     lobes = len(ks) if ks.ndim else 0
     _check(lobes <= microfacet.MAX_PRIOR_LOBES, "its prior has too many lobes")
-    shapes: dict[str, tuple[int, ...]] = {
-        "kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,),
-        "across": (lobes,), "turn": (lobes,)}
-    names = _PRIOR if "prior_across" not in entries else (*_PRIOR, *_ANISOTROPIC_PRIOR)
-    # the prior
     kinds = tuple(header["lobes"])
     _check(len(kinds) == lobes and set(kinds) <= set(microfacet.KINDS), "the lobes of its prior are unknown")
-    prior = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64)
-                                     for name in names}, kinds=kinds)
-    for name, (low, high) in microfacet.RANGES.items():
-        _check_range(f"prior_{name}", getattr(prior, name), low, high)
-    ceiling = _array(entries, "prior_ceiling", (stored,), np.float64)
+    ranges = {"kd": (0.0, LARGEST_STORED), "ks": (0.0, LARGEST_STORED)} | microfacet.RANGES
+    shapes: dict[str, tuple[int, ...]] = {"kd": (stored,), "ks": (lobes, stored)}
+    names = _PRIOR if "prior_across" not in entries else (*_PRIOR, *_ANISOTROPIC_PRIOR)
+    prior = microfacet.Microfacet(**{
+        name: _array(entries, f"prior_{name}", shapes.get(name, (lobes,)), np.float64, *ranges[name])
+        for name in names}, kinds=kinds)
     # the transform
-    offset = header["offset"]
-    _check(type(offset) in (int, float), "its offset is not a number")
-    for name, numbers, low in (("kd", prior.kd, 0), ("ks", prior.ks, 0), ("ceiling", ceiling, _LEAST_CEILING),
-                               ("offset", np.array([offset], dtype=float), LEAST_OFFSET)):
-        _check_range(f"prior_{name}", numbers, low, LARGEST_STORED)
-    plausible = header["plausible"]
+    plausible, grey = header["plausible"], _number(header, "grey", 0, _MOST_DESATURATED)
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
-    grey = header["grey"]
-    _check(type(grey) in (int, float) and 0 <= grey <= _MOST_DESATURATED and (not grey or stored == len(RGB)),
-           f"its share of grey is not within 0 to {_MOST_DESATURATED}, or its channels are not three")
-    # damping, where energy was conserved
-    damping = np.zeros((0, 1))
-    if len(entries["damping"]):
-        damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)
-        _check_range("damping", damping, 0, 1)
-    return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf, damping, float(grey))
+    _check(not grey or stored == len(RGB), "its share of grey is not 0, and its channels are not three")
+    damping = entries["damping"]
+    return LogRelative(
+        prior, _number(header, "offset", LEAST_OFFSET, LARGEST_STORED),
+        _array(entries, "prior_ceiling", (stored,), np.float64, _LEAST_CEILING, LARGEST_STORED),
+        0.0 if plausible else -np.inf,
+        _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64, 0, 1) if len(damping) else np.zeros((0, 1)),
+        grey)
 
 
 def _edit(header: dict[str, Any], entries: _Arrays, channels: int, stored: int) -> Edit | None:
     if "edit" not in header:
         return None
-    width, coat, coat_width = (header["edit"][name] for name in _EDIT_NUMBERS)
-    for name, number, (low, high) in (("width", width, WIDTH_BOUNDS), ("coat", coat, (0, 1)),
-                                      ("coat_width", coat_width, COAT_WIDTHS)):
-        _check(isinstance(number, float) and low <= number <= high,
-               f"the {name} of its edit is not a number from {low:g} to {high:g}")
+    numbers = {name: _number(header["edit"], name, *bounds, "edit's ") for name, bounds in _EDIT_NUMBERS.items()}
     shapes: dict[str, tuple[int, ...]] = {
         "diffuse": (channels,), "highlight": (channels,), "level": (stored,),
-        "balance": (DAMPING_KNOTS if len(np.atleast_1d(entries["edit_balance"])) else 0, stored),
-        "through": (DAMPING_KNOTS if coat else 0, 1)}
-    arrays = {name: _array(entries, f"edit_{name}", shape, np.float64) for name, shape in shapes.items()}
-    for name, array in arrays.items():
-        _check_range(f"edit_{name}", array, _LEAST_CEILING if name == "level" else 0, LARGEST_STORED)
-    _check((width != 1) == (len(arrays["balance"]) > 0), "its edit has a balance without a width, or the reverse")
-    return Edit(**arrays, width=width, coat=coat, coat_width=coat_width)
+        "balance": (DAMPING_KNOTS if numbers["width"] != 1 else 0, stored),
+        "through": (DAMPING_KNOTS if numbers["coat"] else 0, 1)}
+    arrays: dict[str, Any] = {
+        name: _array(entries, f"edit_{name}", shape, np.float64, _LEAST_CEILING if name == "level" else 0)
+        for name, shape in shapes.items()}
+    return Edit(**arrays | numbers)
 
 
 def _level(level: Any) -> int:
@@ -239,18 +209,22 @@ def _level(level: Any) -> int:
     return int(level)
 
 
-def _array(entries: _Arrays, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+def _number(header: dict[str, Any], name: str, low: float, high: float, whose: str = "") -> float:
+    number = header[name]
+    _check(type(number) in (int, float) and low <= number <= high,
+           f"its {whose}{name} is not a number from {low:g} to {high:g}")
+    return float(number)
+
+
+def _array(entries: _Arrays, name: str, shape: tuple[int, ...], dtype: DTypeLike, low: float = -LARGEST_STORED,
+           high: float = LARGEST_STORED) -> NDArray[Any]:
+    """An entry of this shape and type, not copied, whose numbers are within bounds; NaN is not."""
     array = entries[name]
     _check(array.shape == shape and array.dtype == dtype,
            f"{name} is {array.dtype} {array.shape}, expected {np.dtype(dtype)} {shape}")
-    _check_range(name, array, -LARGEST_STORED, LARGEST_STORED)
-    return array
-
-
-def _check_range(name: str, numbers: NDArray[Any], low: float, high: float) -> None:
-    """Refuse numbers outside a range, NaN among them. Makes no copy: the array may be large."""
-    _check(not numbers.size or (low <= numbers.min() and numbers.max() <= high),
+    _check(not array.size or (low <= array.min() and array.max() <= high),
            f"{name} holds numbers that are not within {low:g} to {high:g}")
+    return array
 
 
 def _check(condition: object, message: str) -> None:

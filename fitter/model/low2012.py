@@ -1,13 +1,12 @@
-"""The microfacet model that J. Low and others fitted to all materials of MERL.
-
-J. Low, J. Kronander, A. Ynnerman, J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM
-TOG 31(1), 2012. All channels share the shape of the lobe and its index of refraction ::
+"""The microfacet model that J. Low, J. Kronander, A. Ynnerman, J. Unger (BRDF Models for Accurate and Efficient
+Rendering of Glossy Surfaces, ACM TOG 31(1), 2012) fitted to all materials of MERL, in which all channels share the
+shape of the lobe and its index of refraction ::
 
     f = kd / pi + A F(eta, theta_d) G / (pi cos theta_i cos theta_o (1 + B (1 - cos theta_h))^C)
-    F = ((g - c) / (g + c))^2 (1 + ((c (g + c) - 1) / (c (g - c) + 1))^2) / 2,    c = cos theta_d, g^2 = eta^2 - 1 + c^2
-    G = min(1, 2 cos theta_h cos theta_o / c, 2 cos theta_h cos theta_i / c)
+    G = min(1, 2 cos theta_h cos theta_o / c, 2 cos theta_h cos theta_i / c),    c = cos theta_d
 
-F and G are those of R. L. Cook, K. E. Torrance: A Reflectance Model for Computer Graphics, ACM TOG 1(1), 1982.
+F, that of a dielectric, and G are those of R. L. Cook, K. E. Torrance: A Reflectance Model for Computer Graphics, ACM
+TOG 1(1), 1982.
 """
 
 from dataclasses import dataclass
@@ -23,27 +22,13 @@ _LEAST = 1e-9               # the least that is divided by
 
 @dataclass(frozen=True)
 class Low2012:
-    """A published fit.
-
-    Examples
-    --------
-    At normal incidence and reflection G is 1 and F is ((eta - 1) / (eta + 1))^2.
-
-    >>> glossy = Low2012(np.array([0.3]), np.array([2.0]), 1000.0, 1.2, 1.5)
-    >>> float(glossy.evaluate(0, 0, 0, 0)[0]), (0.3 + 2 * 0.04) / np.pi
-    (0.120958, 0.120958)
-    """
+    """A published fit."""
 
     kd: FloatArray      # albedo of the Lambertian, (channels,)
     a: FloatArray       # scale of the lobe, (channels,)
     b: float            # its width,
     c: float            # and its fall-off
     eta: float          # index of refraction
-
-    @property
-    def brightness(self) -> float:
-        """The largest component of the Lambertian's albedo."""
-        return float(self.kd.max())
 
     @property
     def width(self) -> float:

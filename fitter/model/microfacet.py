@@ -1,29 +1,23 @@
-"""A model of lobes, used as the prior of `LogRelative`: a Lambertian and up to three lobes ::
-
-    b = kd + sum_k ks_k L_k,    D(t) = (1 + t / alpha^2)^-gamma,    S = f0 + (1 - f0) g
+"""A model of lobes, used as the prior of `LogRelative`: b = kd + sum_k ks_k L_k, a Lambertian and up to three lobes,
+whose formulas are in docs/fitting.md (step 3).
 
 Each lobe is of one of four kinds:
 
-- "mirror", microfacets that reflect: L = D(tan^2 theta_h) S V with g = (1 - cos theta_d)^5. D is a generalised
-  Trowbridge-Reitz distribution (B. Burley: Physically Based Shading at Disney, 2012), V the height-correlated Smith
-  visibility (E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014) and S
-  the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994. An anisotropic one has
-  two widths, a and b, along axes of its own: D = ((h_x / a)^2 + (h_y / b)^2 + h_z^2)^-gamma, as Burley has it, of the
-  half vector h (gamma = 2 is GGX), and V has the roughness of the direction's azimuth, as Heitz has it.
-- "retro", which shines back at the light: L = D(tan^2 theta_b) S with g = cos^2 theta_r. These are the half and the
-  difference angle after one direction has been turned about the normal by 180 degrees (the back vector of L. Belcour,
-  R. Pacanowski, M. Delahaie, A. Laville-Geay, L. Eupherte: BRDF Measurements and Analysis of Retroreflective Materials,
-  JOSA A 31(12), 2014), so that theta_b is 0 at retro-reflection.
-- "sheen", fibres that shine where the half vector grazes: L = exp(-1 / (alpha^2 tan^2 theta_h)) S / (cos theta_i +
-  cos theta_o - cos theta_i cos theta_o) with g = 1 - cos theta_d (M. Ashikhmin, S. Premoze, P. Shirley: A
-  Microfacet-Based BRDF Generator, SIGGRAPH 2000, with the denominator of D. Neubelt, M. Pettineo: Crafting a Next-Gen
-  Material Pipeline for The Order: 1886, 2013). It has no gamma.
+- "mirror", microfacets that reflect: a generalised Trowbridge-Reitz distribution (B. Burley: Physically Based Shading
+  at Disney, 2012), the height-correlated Smith visibility (E. Heitz: Understanding the Masking-Shadowing Function in
+  Microfacet-Based BRDFs, JCGT 3(2), 2014) and the Fresnel term of C. Schlick: An Inexpensive BRDF Model for
+  Physically-based Rendering, 1994. An anisotropic one has two widths, a and b, along axes of its own: D = ((h_x / a)^2
+  + (h_y / b)^2 + h_z^2)^-gamma, as Burley has it, of the half vector h (gamma = 2 is GGX).
+- "retro", which shines back at the light: half and difference angle after one direction has been turned about the
+  normal by 180 degrees (the back vector of L. Belcour, R. Pacanowski, M. Delahaie, A. Laville-Geay, L. Eupherte: BRDF
+  Measurements and Analysis of Retroreflective Materials, JOSA A 31(12), 2014).
+- "sheen", fibres that shine where the half vector grazes (M. Ashikhmin, S. Premoze, P. Shirley: A Microfacet-Based BRDF
+  Generator, SIGGRAPH 2000, with the denominator of D. Neubelt, M. Pettineo: Crafting a Next-Gen Material Pipeline for
+  The Order: 1886, 2013). It has no gamma.
 - "fibre", threads that lie along an azimuth and dip to both sides, which shine on cones about their direction: with t
-  the sum of both directions along the azimuth and z its height, L is S with g = 1 - cos theta_d times the mean of
-  D((t - dip z)^2) and D((t + dip z)^2), over the denominator of sheen. The reciprocal form of J. Kajiya, T. Kay:
-  Rendering Fur with Three Dimensional Textures, SIGGRAPH 1989; an anisotropic material alone has it.
-
-A material of three channels has at most 21 parameters, and 27 where lobes are anisotropic.
+  the sum of both directions along the azimuth and z its height, the mean of D((t - dip z)^2) and D((t + dip z)^2),
+  times S with g = 1 - cos theta_d, over the denominator of sheen. The reciprocal form of J. Kajiya, T. Kay: Rendering
+  Fur with Three Dimensional Textures, SIGGRAPH 1989; an anisotropic material alone has it.
 """
 
 from collections.abc import Callable
@@ -49,24 +43,18 @@ class Geometry(NamedTuple):
 
     cos_i: FloatArray
     cos_o: FloatArray
-    tan2_h: FloatArray
-    """Squared tangent of the half angle theta_h."""
-    cos_d: FloatArray
-    """Cosine of the difference angle theta_d."""
-    tan2_b: FloatArray
-    """Squared tangent of theta_b, the angle between the normal and the back vector."""
-    cos_r: FloatArray
-    """Cosine of theta_r, the difference angle of the back vector."""
+    tan2_h: FloatArray      # squared tangent of the half angle theta_h
+    cos_d: FloatArray       # cosine of the difference angle theta_d
+    tan2_b: FloatArray      # squared tangent of theta_b, the angle between the normal and the back vector
+    cos_r: FloatArray       # cosine of theta_r, the difference angle of the back vector
 
 
 class SurfaceComponents(NamedTuple):
-    """What anisotropic lobes depend on besides: components along the tangent and, as the imaginary part, along the
-    bitangent, each (...) complex128."""
+    """What anisotropic lobes depend on besides: components along the tangent and, imaginary, the bitangent, (...)."""
 
     incident: ComplexArray
     outgoing: ComplexArray
-    slope: ComplexArray
-    """That of the half vector over its height: a microfacet's slope."""
+    slope: ComplexArray     # that of the half vector over its height: a microfacet's slope
 
 
 @dataclass(frozen=True)
@@ -115,8 +103,7 @@ class Microfacet:
         return self.evaluate_geometry(geometry(*directions), in_surface)
 
     def evaluate_geometry(self, geometry: Geometry, in_surface: SurfaceComponents | None = None) -> FloatArray:
-        """The model, 1/sr, for a geometry of (...): (..., channels) float64. An isotropic one needs no
-        `SurfaceComponents`."""
+        """The model for a geometry of (...): (..., channels), 1/sr. An isotropic one needs no components."""
         total = np.broadcast_to(self.kd, (*np.shape(geometry.tan2_h), len(self.kd)))
         for kind, ks, shape in zip(self.kinds, self.ks, self.shapes, strict=True):
             total = total + ks * lobe(kind, geometry, in_surface, *shape)[..., None]
@@ -125,16 +112,14 @@ class Microfacet:
 
 def lobe(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float, f0: float,
          across: float | None = None, turn: float = 0.0) -> FloatArray:
-    """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no
-    `SurfaceComponents`."""
+    """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no components."""
     return lobe_with_slopes(kind, at, in_surface, alpha, gamma, f0, across, turn)[0]
 
 
 def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: SurfaceComponents | None, alpha: float, gamma: float,
                      f0: float, across: float | None = None, turn: float = 0.0,
                      ) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
-    """`lobe`, and what computes its derivatives by log alpha, gamma and f0 and, where there are components in the
-    surface, by log across and turn."""
+    """`lobe`, and its derivatives by log alpha, gamma and f0 and, with components, by log across and turn."""
     cos_i, cos_o = at.cos_i, at.cos_o
     nothing = np.zeros(np.shape(at.tan2_h))
     unturned = [] if in_surface is None else [nothing, nothing]

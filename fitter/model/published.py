@@ -1,17 +1,11 @@
-"""A starter library of models, as if they were files: metals by their optical constants, translucent materials
-by what they scatter and absorb, and all materials of MERL.
+"""A starter library of models, as if they were files: `formats.load` takes a virtual path, ``published:NAME``, and
+samples of the model are made where fits need them.
 
-Metals are computed: microfacets (`model.conductor`) with the refractive indices of `data/metals_nk.csv`, whose sources
-are in `data/metals.csv`, in some finishes. Translucent ones (`model.translucent`) are the rows of
-`data/translucent.csv`, or are described by their name. The other parameters are those of J. Low, J. Kronander,
-A. Ynnerman, J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM TOG 31(1), 2012
-(`model.low2012`). They were fitted to measurements of W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven
-Reflectance Model, ACM TOG 22(3), 2003, and are no measurements.
-
-`formats.load` takes a virtual path, ``published:NAME``, where it takes files. Samples of the model are then made, where
-fits need them: in half and difference angles, and close together where the lobe falls. Near the horizon the model of
-Low and others has a ridge (the shadowing of its grooves), which no fit of this size follows and no camera resolves: it
-is left out.
+Metals are microfacets (`model.conductor`) with the refractive indices of `data/metals_nk.csv` in some finishes;
+translucent materials (`model.translucent`) the rows of `data/translucent.csv`, or described by their name; the others
+the parameters (`model.low2012`) that Low and others fitted to measurements of W. Matusik, H. Pfister, M. Brand, L.
+McMillan: A Data-Driven Reflectance Model, ACM TOG 22(3), 2003. Near the horizon their model has a ridge (the shadowing
+of its grooves), which no fit of this size follows and no camera resolves: it is left out.
 """
 
 import csv
@@ -73,6 +67,11 @@ class PublishedMaterial(NamedTuple):
         return not isinstance(self.model, Low2012)
 
     @property
+    def brightness(self) -> float:
+        """The largest component of a published Lambertian's albedo; infinity of what is computed."""
+        return float(self.model.kd.max()) if isinstance(self.model, Low2012) else np.inf
+
+    @property
     def finish(self) -> str:
         """Of a metal, one of `FINISHES`; else empty."""
         return self.name.rpartition("-")[2] if METAL in self.tags and self.is_computed else ""
@@ -115,11 +114,8 @@ def list_published() -> list[str]:
 
 
 def list_offered() -> list[PublishedMaterial]:
-    """The materials that users are offered to begin with: all but MERL's metals.
-
-    A metal reflects more than half of the light that falls straight on it. The published fits of MERL's metals reflect
-    3 to 19 %, because the mirror peak is not in them: they would look black. They can still be loaded by name.
-    """
+    """The materials that users are offered to begin with: all but MERL's metals, whose published fits reflect 3 to 19 %
+    of light that falls straight on them, where a metal reflects more than half: the mirror peak is not in them."""
     return [each for each in materials().values() if each.is_computed or METAL not in each.tags]
 
 
@@ -150,8 +146,7 @@ def load_published(name: str) -> Samples:
 
 
 def sample_words(words: Mapping[str, str], name: str, source: str) -> Samples:
-    """Samples of a translucent material that is described by `model.translucent.WORDS`. Raises ValueError as that does.
-    """
+    """Samples of a translucent material by `model.translucent.WORDS`. Raises ValueError as that does."""
     return sample_model(parse_words(words), name, source,
                         "Computed from scattering and absorption, not a measured BRDF")
 
@@ -176,13 +171,7 @@ def find(name: str) -> PublishedMaterial:
 
 
 def parse_virtual_path(path: str | Path) -> str | None:
-    """The material that a virtual path names; None for the path of a file.
-
-    Examples
-    --------
-    >>> parse_virtual_path("published:chrome"), parse_virtual_path("chrome.binary")
-    ('chrome', None)
-    """
+    """The material that a virtual path names; None for the path of a file."""
     text = str(path)
     return text[len(PREFIX):] if text.startswith(PREFIX) else None
 
@@ -271,6 +260,7 @@ def directions(model: Low2012 | Conductor | Translucent) -> Directions:
 
 def _half_angles(model: Low2012 | Conductor | Translucent, count: int) -> FloatArray:
     """theta_h of samples, (count,) radians from 0 to grazing: evenly spaced in the lobe's fall and in the angle."""
-    theta = np.concatenate([[0.0], np.geomspace(model.width, _GRAZING_PUBLISHED, 4000)])
-    way = model.log_falloff(theta) / _FALL + theta / _FALL_ANGLE
+    lobe = model.surface if isinstance(model, Translucent) else model
+    theta = np.concatenate([[0.0], np.geomspace(lobe.width, _GRAZING_PUBLISHED, 4000)])
+    way = lobe.log_falloff(theta) / _FALL + theta / _FALL_ANGLE
     return np.interp(np.linspace(0, way[-1], count), way, theta)

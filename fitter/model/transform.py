@@ -21,29 +21,13 @@ class LogRelative:
 
         s = log((f + offset) / (b + offset))
 
-    The logarithm flattens peaks, keeps the reflectance positive, and makes errors relative instead of absolute. It is
-    the log-relative mapping of J. B. Nielsen, H. W. Jensen, R. Ramamoorthi: On Optimal, Minimal BRDF Sampling for
-    Reflectance Acquisition, SIGGRAPH Asia 2015, with a prior in the place of their median of materials.
+    of reflectances that are desaturated; what bounds it, and undoes that, is in docs/fitting.md (step 2). The logarithm
+    flattens peaks, keeps the reflectance positive, and makes errors relative. It is the log-relative mapping of J. B.
+    Nielsen, H. W. Jensen, R. Ramamoorthi: On Optimal, Minimal BRDF Sampling for Reflectance Acquisition, SIGGRAPH Asia
+    2015, with a prior in the place of their median of materials.
 
-    The ceiling is approached smoothly: the reflectance is divided by the 16-norm of 1 and its ratio to its bound. Where
-    one channel is near its own all are lowered alike, so that the colour stays.
-
-    The damping conserves energy: a factor of the reflectance for each of the two polar angles. It is a cubic B-spline
-    whose knots are even in the projection r(theta) of `coordinates.half_difference`; its control points are continued
-    beyond the normal by their mirror images, beyond the horizon by the last.
-
-    Saturated colours lie outside of a colour space, where they have negative components, of which there is no
-    logarithm: so the field is of reflectances of which a share, the desaturation, is replaced by the mean of their
-    channels. It is undone after the bounds of the ceiling, and before that of the floor.
-
-    Examples
-    --------
-    A field of log 2 doubles f + offset.
-
-    >>> prior = Microfacet(np.array([0.3]), np.zeros((0, 1)), np.zeros(0), np.zeros(0), np.zeros(0))
-    >>> transform = LogRelative(prior, 0.1, np.array([10.0]))
-    >>> transform.reflectance(np.log([[1.0], [2.0]]), [0.1, 0.2], 0, 0.3, 0).round(9).tolist()
-    [[0.3], [0.7]]
+    The damping is a cubic B-spline whose knots are even in the projection r(theta) of `coordinates.half_difference`;
+    its control points are continued beyond the normal by their mirror images, beyond the horizon by the last.
     """
 
     name: ClassVar[str] = "log_relative"
@@ -90,13 +74,7 @@ def _smooth_max_one(x: FloatArray) -> FloatArray:
 
 
 def desaturate(values: FloatArray, grey: float) -> FloatArray:
-    """Values mixed with their mean over channels, by weights 1 - grey and grey: (n, channels) to (n, channels).
-
-    Examples
-    --------
-    >>> desaturate(np.array([[-0.1, 0.4]]), 0.5).round(9).tolist()
-    [[0.025, 0.275]]
-    """
+    """Values mixed with their mean over channels, by weights 1 - grey and grey: (n, channels) to (n, channels)."""
     return values + grey * (values.mean(axis=1, keepdims=True) - values)
 
 
@@ -106,17 +84,7 @@ def resaturate(values: FloatArray, grey: float) -> FloatArray:
 
 
 def factor_of_angle(control_points: FloatArray, theta: ArrayLike) -> FloatArray:
-    """The factor of a polar angle that has these control points: (DAMPING_KNOTS, n) and (m,) radians to (m, n).
-
-    `LogRelative` says which spline it is.
-
-    Examples
-    --------
-    It is nowhere larger than its control points.
-
-    >>> factor_of_angle(np.array([[1.0], [1], [0.4], [1]]), [0, np.pi / 2]).round(9).tolist()
-    [[1.0], [0.9]]
-    """
+    """The factor of a polar angle by its spline in `LogRelative`: (DAMPING_KNOTS, n) and (m,) radians to (m, n)."""
     last = len(control_points) - 1
     at = np.atleast_1d(project(theta) * last)
     first = np.minimum(at.astype(int), last - 1)

@@ -30,35 +30,14 @@ class Translucent:
         """Whether the surface is."""
         return self.surface.isotropic
 
-    @property
-    def brightness(self) -> float:
-        """The largest component of its albedo."""
-        return float(self.subsurface.albedo.max())
-
-    @property
-    def width(self) -> float:
-        """As of its surface."""
-        return self.surface.width
-
-    def log_falloff(self, theta_h: FloatArray) -> FloatArray:
-        """As of its surface."""
-        return self.surface.log_falloff(theta_h)
-
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., 3) float64."""
         return self.surface.evaluate(theta_i, phi_i, theta_o, phi_o) + self.subsurface.diffuse(theta_i, theta_o)
 
 
 def parse_words(words: Mapping[str, str]) -> Translucent:
-    """A material by `WORDS`; three numbers are separated by spaces or commas, and one counts for all.
-
-    Raises ValueError if a word is missing, or a number is none or out of range.
-
-    Examples
-    --------
-    >>> parse_words({"albedo": "0.8", "path": "1 0.5 0.2", "index": "1.4"}).subsurface.mean_free_path.tolist()
-    [1.0, 0.5, 0.2]
-    """
+    """A material by `WORDS`; three numbers are separated by spaces or commas, and one counts for all. Raises ValueError
+    if a word is missing, or a number is none or out of range."""
     given = WORDS | {name: text.strip() for name, text in words.items() if name in WORDS and text and text.strip()}
     index, width = (_numbers(name, given[name], 1)[0] for name in ("index", "width"))
     if not SURFACE_WIDTHS[0] <= width <= SURFACE_WIDTHS[1]:

@@ -1,27 +1,18 @@
 """Light below a surface, from measured coefficients; and the inputs with which Cycles' random walk shows it.
 
-A half-space scatters by sigma'_s and absorbs by sigma_a, below a smooth dielectric. The reduced coefficients are those
-of a medium that scatters evenly in all directions (H. W. Jensen, S. Marschner, M. Levoy, P. Hanrahan: A Practical Model
-for Subsurface Light Transport, SIGGRAPH 2001). Of the light that enters, the share that leaves again follows from the
-single scattering albedo a = sigma'_s / (sigma'_s + sigma_a) and the index: what such a half-space reflects from
-direction mu' to mu without a surface is ::
+A half-space scatters by sigma'_s, reduced as by H. W. Jensen, S. Marschner, M. Levoy, P. Hanrahan (A Practical Model
+for Subsurface Light Transport, SIGGRAPH 2001), and absorbs by sigma_a, below a smooth dielectric. Without a surface it
+reflects from direction mu' to mu, with the single scattering albedo a = sigma'_s / (sigma'_s + sigma_a) ::
 
     a / 2 mu' / (mu + mu') H(mu) H(mu'),    1 / H(mu) = sqrt(1 - a) + a / 2 integral mu' H(mu') / (mu + mu') dmu'
 
 (S. Chandrasekhar: Radiative Transfer, 1960, sections 33 and 39), and Fresnel's equations send a part of that back.
 
 Cycles' random walk (intern/cycles/kernel/integrator/subsurface_random_walk.h and closure/bssrdf.h of Blender 5.0) has
-nothing that sends light back. It ends after 256 steps. Of a colour c it makes the single scattering albedo ::
-
-    (1 - c^(1/4)) 1.826 atan(5.112 c)^1.097 + c^(1/4) .4963 atan(4.235 c)^2.406
-
-(M. Chiang, P. Kutz, B. Burley: Practical and Controllable Subsurface Scattering for Production Path Tracing, SIGGRAPH
-2016 Talks; M. Wrenninge, R. Villemin, C. Hery: Path Traced Subsurface Scattering using Anisotropic Phase Functions and
-Non-Exponential Free Flights, 2017), but not less than .2; and of a radius the mean free path, radius / (4 pi). So the
-colour is that whose walk reflects as much, and the radius is 4 pi mean free paths divided by a factor, `_WIDER`, with
-which the radii within which half and nine tenths of the light leave are right in their geometric mean. Refracted by the
-root of the index as it enters, both are.
-`python -m benchmarks.translucent` finds it by photons (`support.photons`).
+nothing that sends light back, ends after 256 steps, and makes of a radius the mean free path, radius / (4 pi). So the
+colour is that whose walk reflects as much, and the radius is divided by a factor, `_WIDER`, with which the radii within
+which half and nine tenths of the light leave are right in their geometric mean: `python -m benchmarks.translucent`
+finds it by photons. Refracted by the root of the index as it enters, both are.
 """
 
 from collections.abc import Callable
@@ -61,16 +52,7 @@ class Walk(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Subsurface:
-    """What is below a surface.
-
-    Examples
-    --------
-    Skim milk (Jensen et al.): its light leaves a millimetre from where it entered, most of it.
-
-    >>> milk = medium_from_coefficients([0.70, 1.22, 1.90], [0.0014, 0.0025, 0.0142], 1.3)
-    >>> milk.albedo.round(3).tolist(), milk.mean_free_path.round(2).tolist()
-    ([0.834, 0.832, 0.708], [1.43, 0.82, 0.52])
-    """
+    """What is below a surface."""
 
     albedo: FloatArray              # (3,): the share of light that enters, evenly from all sides, which leaves again
     mean_free_path: FloatArray      # (3,): 1 / (sigma'_s + sigma_a), mm
@@ -126,15 +108,17 @@ def check(albedo: FloatArray, mean_free_path: FloatArray, index: float) -> None:
 
 
 def color_to_single_scattering(color: float) -> float:
-    """The single scattering albedo to which Cycles converts a colour's channel."""
+    """The single scattering albedo of which Cycles makes a colour's channel (M. Chiang, P. Kutz, B. Burley: Practical
+    and Controllable Subsurface Scattering for Production Path Tracing, SIGGRAPH 2016 Talks; M. Wrenninge, R. Villemin,
+    C. Hery: Path Traced Subsurface Scattering using Anisotropic Phase Functions and Non-Exponential Free Flights,
+    2017)."""
     (a, b, c), (d, e, f), blend = _NEAR, _FAR, color ** 0.25
     return float(min((1 - blend) * a * np.arctan(b * color) ** c + blend * d * np.arctan(e * color) ** f,
                      _MOST_SCATTERED))
 
 
 def multiple_scattering_albedo(scattered: float, index: float) -> float:
-    """The albedo of a medium below a smooth dielectric for even light from outside, by Chandrasekhar's H: of a single
-    scattering albedo."""
+    """The albedo of a medium below a smooth dielectric for even light from outside, by Chandrasekhar's H."""
     if scattered >= 1:
         return 1.0
     critical = np.sqrt(1 - 1 / index ** 2)
@@ -148,11 +132,8 @@ def multiple_scattering_albedo(scattered: float, index: float) -> float:
 
 
 def walk_albedo(scattered: float, index: float) -> float:
-    """The albedo of Cycles' random walk for even light from outside, refracted by an index.
-
-    Without a surface a half-space reflects 1 - H(mu) sqrt(1 - a) of light from mu; a share of walks that falls as
-    k^(-3/2) has k steps, and is integrated over the root of _STEPS / k.
-    """
+    """The albedo of Cycles' random walk for even light from outside, refracted by an index. Without a surface a
+    half-space reflects 1 - H(mu) sqrt(1 - a) of light from mu; a share of walks that falls as k^(-3/2) has k steps."""
     a = max(scattered, _LEAST_SCATTERED)
     root, weight = _gauss(0, 1)
     lost = _mean_entry_h(1.0, index) / np.sqrt(np.pi * _WALK_STEPS) * (weight @ a ** (_WALK_STEPS / root ** 2))
@@ -168,8 +149,7 @@ def _mean_entry_h(scattered: float, index: float) -> float:
 
 
 def path_widening(scattered: FloatArray, index: float) -> FloatArray:
-    """The ratio of the distances at which light leaves by the walk and below a surface, for one mean free path: of
-    single scattering albedos, (3,)."""
+    """The ratio of the distances at which light leaves by the walk and below a surface, of one path: (3,)."""
     at = np.sqrt(1 - scattered)
     rows = np.array([np.interp(at, ABSORBED, row) for row in _WIDER])
     return np.array([np.interp(index, INDICES_OF_FACTOR, column) for column in rows.T])

@@ -2,6 +2,6 @@
 and a lamp.
 
 A `description` says where camera, sample and lamps were, and which file is which; `pictures` are its files as light;
-`rig` has what balls and flat samples share. `ball` makes samples of them, `flat` maps. `capture` puts numbers in the
-place of what pictures say of a description, and `compared` has a photograph beside a render of the same.
+`rig` has what balls and flat samples share. `ball` makes samples of them, `flat` maps. `capture` has the scene of a
+description, `report` what is to be said of what was measured.
 """

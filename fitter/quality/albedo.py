@@ -1,13 +1,10 @@
 """The share of light that measurements reflect, estimated from the samples alone, and what would explain one that no
-surface has.
+surface has: percent, a factor of pi, a cosine, degrees.
 
-Tables say percent, reflectance factors and cosines in many ways, or not at all; a surface that reflects three hundred
-times the light that arrives, or less of it than any black, is the sign of it. The estimate is the integral of f
-cos(theta_o) over the outgoing hemisphere, for light from three of the measured angles. In each direction f is that of
-the sample that is nearest in the half vector first, and then in the angle between the light and it, which is what a
-scan in the plane of incidence tells of the directions beside it (S. M. Rusinkiewicz: A New Change of Variables for
-Efficient BRDF Representation, 1998). The brightest tenth of the directions counts as the next: narrow highlights are
-measured too coarsely for an integral, and units are wrong of all directions alike.
+The estimate is the integral of f cos(theta_o) for light from three of the measured angles. In each direction f is that
+of the sample that is nearest in the half vector first, and then in the angle between the light and it (S. M.
+Rusinkiewicz: A New Change of Variables for Efficient BRDF Representation, 1998). The brightest tenth of the directions
+counts as the next: narrow highlights are measured too coarsely for an integral.
 """
 
 from collections.abc import Iterator

@@ -1,11 +1,9 @@
 """Directions that may be counted in another way, as a glossy surface betrays: phi from the mirror's side, or elevations
 for polar angles.
 
-Values are compared forward, near the mirror direction, and backward, near the light, at several angles of incidence. A
-highlight is forward, and the brighter, the more the light grazes. So a surface is far brighter backward, also where the
-light grazes, only if the azimuth begins on the other side: beads and prisms send less light back then. And at the
-normal, forward and backward are one direction: they differ more near it than near the horizon only if these are taken
-for one another.
+A highlight is forward, and the brighter, the more the light grazes: what is far brighter backward, also where the light
+grazes, is no surface (beads and prisms send less light back then). And at the normal, forward and backward are one
+direction: they differ more near it than near the horizon only if these are taken for one another.
 """
 
 from typing import NamedTuple

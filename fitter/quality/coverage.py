@@ -1,13 +1,9 @@
-"""The widest hole between samples: of a grid of direction pairs, the probes, the one farthest from all samples.
+"""The widest hole between samples: of a grid of direction pairs, the probes, the one farthest from all samples. The
+distance is the larger of the angles between the incident and between the outgoing directions.
 
-The distance between two direction pairs is the larger of the angles between their incident and between their outgoing
-directions; mirror images and reciprocals of samples count as samples. The samples are sorted into cells. Those in one
-cell are within `_ACROSS` of each other, so that the first sample of each tells which cells can have the nearest one,
-and only those are searched. The result equals that of a search over all pairs of samples and probes.
-
-Of an anisotropic material, the azimuth of incidence counts as well, and there are no mirror images: the probes are
-pairs of all directions on a coarser grid. Samples are many and directions of incidence few, so that for each of these
-the outgoing directions nearest to the probes are found first. Where they are many, those within 3 degrees count as one.
+Mirror images, of isotropic materials, and reciprocals count as samples. The result equals that of a search over all
+pairs: samples in one cell are within `_ACROSS` of each other, so that the first of each tells which cells are searched.
+Of an anisotropic material the outgoing directions nearest to the probes are found for each direction of incidence.
 """
 
 from collections.abc import Iterator

@@ -27,11 +27,6 @@ def cube_root(theta_o: FloatArray, values: FloatArray) -> FloatArray:
 
     The metric that agreed best with observers in A. Fores, J. Ferwerda, J. Gu: Toward a Perceptually Based Metric for
     BRDF Modeling, 2012.
-
-    Examples
-    --------
-    >>> cube_root(np.array([0.0, np.pi / 3]), np.array([[8.0], [16.0]])).round(9).tolist()
-    [[2.0], [2.0]]
     """
     return np.cbrt(values * np.cos(theta_o)[:, None])
 

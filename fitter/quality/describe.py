@@ -68,14 +68,7 @@ class Description:
 
 
 def describe(samples: Samples) -> Description:
-    """Describe measurements.
-
-    Examples
-    --------
-    >>> found = describe(Samples([0, 0.5], [0, 0], [0, 0.5], [0, 0], [[0.3], [-0.1]]))
-    >>> found.count, found.negative, found.theta_i
-    (2, 1, (0.0, 28.64789))
-    """
+    """Describe measurements."""
     values = samples.values
     gap, at = widest_gap(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),

@@ -24,18 +24,8 @@ class Physics(NamedTuple):
 
 
 def direction_pairs(count: int = PAIRS) -> Directions:
-    """Random pairs of directions with uniform density in projected solid angle: four (count,) arrays, radians.
-
-    All light comes from the azimuth 0.
-
-    Examples
-    --------
-    The mean of cos^2 theta over the projected solid angle is 1/2.
-
-    >>> theta_i, *_ = direction_pairs()
-    >>> float(np.mean(np.cos(theta_i) ** 2))
-    0.50
-    """
+    """Random pairs of directions with uniform density in projected solid angle, the light at the azimuth 0: four
+    (count,) arrays, radians."""
     u = np.random.default_rng(SEED).random((3, count))
     theta_i, theta_o = np.arcsin(np.sqrt(u[:2]))
     return theta_i, np.zeros(count), theta_o, np.pi * u[2]

@@ -1,15 +1,9 @@
-"""A judgement of a fit in plain words: how closely it matches the measurements, and what it is worth between them.
-
-`grade_message` makes words of all errors: of fits, of photographs that are predicted from others, and of renders
-beside them.
+"""A judgement of a fit in plain words: how closely it matches the measurements, and what it is worth between them
+(docs/fitting.md). `grade_message` makes words of all errors: of fits, of photographs that are predicted from others,
+and of renders beside them.
 
 Errors are in steps of lightness: 100 times the difference of the cube roots of cosine-weighted reflectance, white being
-a Lambertian surface of albedo 1. The cube root is the metric that agreed best with observers (see
-`cross_validation.cube_root`); a step is about that of L* in CIELAB, of which people notice some two side by side.
-Differences above twice the cube root of white do not count: no screen shows them.
-
-The grades rest on the difference between pictures of fits and of surfaces that are known everywhere: their limits were
-chosen with one half of the surfaces, and the other half judged them (docs/fitting.md).
+a Lambertian surface of albedo 1. Differences above twice the cube root of white do not count: no screen shows them.
 """
 
 import math
@@ -108,24 +102,12 @@ def _lightness(samples: Samples, values: FloatArray) -> FloatArray:
 
 
 def grade(error: float, limits: tuple[float, ...]) -> str:
-    """One of `GRADES`; `UNJUDGED` of what is no error: `UNKNOWN`, or not a number.
-
-    Examples
-    --------
-    >>> grade(0.2, MATCH_LIMITS), grade(99.0, MATCH_LIMITS), grade(UNKNOWN, MATCH_LIMITS)[:10]
-    ('excellent', 'poor', 'not judged')
-    """
+    """One of `GRADES`; `UNJUDGED` of what is no error: `UNKNOWN`, or not a number."""
     return GRADES[sum(error > limit for limit in limits)] if error >= 0 else UNJUDGED
 
 
 def grade_message(what: str, error: float, limits: tuple[float, ...]) -> Judgement:
-    """What has an error, in words with its grade. It is bad where the grade is the worst, or there is none.
-
-    Examples
-    --------
-    >>> grade_message("The photograph is predicted within 383%", 3.83, PREDICTED_LIMITS)
-    Judgement(words='The photograph is predicted within 383%: poor', is_bad=True)
-    """
+    """What has an error, in words with its grade. It is bad where the grade is the worst, or there is none."""
     found = grade(error, limits)
     return Judgement(f"{what}: {found}", found in (GRADES[-1], UNJUDGED))
 

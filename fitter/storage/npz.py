@@ -38,17 +38,11 @@ def to_bytes(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
         for name, array in arrays.items():
-            member = io.BytesIO()
+            member, entry = io.BytesIO(), zipfile.ZipInfo(f"{name}.npy")        # without the time of its making
+            entry.compress_type = zipfile.ZIP_DEFLATED
             np.lib.format.write_array(member, array, (1, 0), allow_pickle=False)
-            file.writestr(_entry(name), member.getbuffer())
+            file.writestr(entry, member.getbuffer())
     return content.getvalue()
-
-
-def _entry(name: str) -> zipfile.ZipInfo:
-    """A member without the time of its making."""
-    entry = zipfile.ZipInfo(f"{name}.npy")
-    entry.compress_type = zipfile.ZIP_DEFLATED
-    return entry
 
 
 def read(content: bytes, largest: int = LARGEST_ARCHIVE) -> dict[str, NDArray[Any]]:

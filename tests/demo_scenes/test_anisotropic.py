@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import fitter
-from support import anisotropic_tables
+from support.anisotropic import SATIN, STEEL, few, write_table
 
 
-@pytest.mark.parametrize("truth", [anisotropic_tables.STEEL, anisotropic_tables.SATIN])
+@pytest.mark.parametrize("truth", [STEEL, SATIN])
 def test_the_tables_are_anisotropic_reciprocal_and_say_that_they_are_synthetic(truth, tmp_path):
-    samples = fitter.load(anisotropic_tables.write(tmp_path / "table.csv", truth, 8))
+    samples = fitter.load(write_table(tmp_path / "table.csv", truth, 8))
     assert not samples.isotropic
     assert "synthetic" in samples.name
     np.testing.assert_allclose(samples.values, truth.evaluate(*samples.directions), rtol=0.05, atol=1e-4)
@@ -33,9 +33,7 @@ def test_both_are_imported_and_rendered(baked_once, tmp_path, monkeypatch):
 
     from demo_scenes import anisotropic
 
-    write = anisotropic_tables.write
-    monkeypatch.setattr(anisotropic.anisotropic_tables, "write",
-                        lambda path, truth, count: write(path, truth, directions=anisotropic_tables.few()))
+    monkeypatch.setattr(anisotropic, "write_table", lambda path, truth, _: write_table(path, truth, directions=few()))
     for name, value in {"DATA": tmp_path, "WIDTH": 24, "HEIGHT": 18}.items():
         monkeypatch.setattr(anisotropic, name, value)
     anisotropic.draw(tmp_path / "picture.png", samples=1, choices={"diffuse_level": 2, "specular_level": -1})

@@ -7,7 +7,7 @@ import pytest
 import fitter
 from fitter import cli
 from fitter.formats import saved_samples
-from support import anisotropic_instruments as instruments
+from support import anisotropic as instruments
 from support.checkout import ROOT
 
 

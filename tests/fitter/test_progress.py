@@ -62,13 +62,6 @@ def test_shaders_and_nodes_tell_every_view_and_step(glossy):
     assert_even(told_by(lambda: node_mixtures(fit))[0], 4, set())
 
 
-def test_listening_changes_nothing(glossy):
-    few = subset(glossy, slice(80))
-    _, heard = told_by(lambda: fitter.fit(few, **PRESETS["Draft"]))
-    unheard = fitter.fit(few, **PRESETS["Draft"])
-    np.testing.assert_array_equal(heard.evaluate(*few.directions), unheard.evaluate(*few.directions))
-
-
 def test_fractions_never_fall_and_stay_within_1():
     def work():
         with progress.part(0.5, 1.0, "first"):

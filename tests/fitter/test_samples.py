@@ -20,7 +20,7 @@ from fitter.samples import (
     rotations,
     subset,
 )
-from support import anisotropic_instruments as instruments
+from support import anisotropic as instruments
 
 
 def measured(directions):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitter.arrays import unit_vectors
-from fitter.formats import rgl, tensor_file
+from fitter.formats import rgl
 from support import tensor_files
 from support.checkout import measurements
 
@@ -35,7 +35,7 @@ def both(path, directions):
     surface.wi = mi.Vector3f(unit_vectors(theta_i, phi_i).T.astype(np.float32))
     outgoing = mi.Vector3f(unit_vectors(theta_o, phi_o).T.astype(np.float32))
     theirs = np.array(bsdf.eval(mi.BSDFContext(), surface, outgoing)).T
-    return theirs, rgl.read_table(path, path.read_bytes()).evaluate(*directions) * np.cos(theta_o)[:, None]
+    return theirs, rgl.read_table(path.read_bytes()).evaluate(*directions) * np.cos(theta_o)[:, None]
 
 
 @pytest.mark.skipif(not FILES, reason="no RGL files at hand")
@@ -56,7 +56,7 @@ def test_symmetries_are_mitsubas(count, directions, tmp_path):
     Where the plane of symmetry is met, either side is right: the tables differ there.
     """
     path = ANISOTROPIC[0]
-    arrays = dict(tensor_file.read(path.read_bytes(), path))
+    arrays = dict(rgl.read_arrays(path.read_bytes()))
     for name in ("phi_i", "vndf", "luminance", "rgb"):
         arrays[name] = np.ascontiguousarray(arrays[name][:count])
     (tmp_path / "part.bsdf").write_bytes(tensor_files.pack(arrays))

@@ -76,6 +76,7 @@ def test_the_mixture_and_the_density_of_directions_are_those_of_numpy(probe, cur
       vector wo = vector(WO[3 * pixel], WO[3 * pixel + 1], WO[3 * pixel + 2]);
       Mixture mixture;
       interpolate_mixture(MIXTURE, wo, 0, mixture);
+      prepare_facets(mixture);
       float density;
       color value = eval_mixture(mixture, wi, density);"""
     count = PER_VIEW * len(wo)

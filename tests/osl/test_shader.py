@@ -72,7 +72,7 @@ def _chrome(_curet, cornell):
     """A peak of a degree, of 1e5 / sr, in coordinates that are stretched as far as they can be."""
     cornell("cayman")           # skips where no measurements are at hand
     content = merl_files.of_model(truths.neural("merl", "chrome"), 45)
-    return fitter.fit(merl.read("chrome.binary", content), **fitter.PRESETS["Standard"])
+    return fitter.fit(merl.read(content), **fitter.PRESETS["Standard"])
 
 
 FITS["chrome, Standard"] = _chrome
@@ -199,6 +199,7 @@ def test_a_lobe_is_flat_over_its_lamp_in_the_mean(probe, curet, radius):
       vector w = normalize(axis + tan(angle) * (cos(turn) * across + sin(turn) * up));
       LightLobes lobes;
       lobes.axis[0] = axis; lobes.exponent[0] = lobe_exponent({radius}); lobes.height[0] = 1.0; lobes.count = 1;
+      lobes.present[0] = 1;
       out = eval_lobes(FLAT_RAMP, lobes, wo, w);
       out[1] = lobe_falloff(axis, lobes.exponent[0], w);"""
     value, falloff = probe(fit, code, count)[:, :2].T
@@ -214,6 +215,7 @@ def test_what_a_lobe_reflects_is_what_its_height_is_bounded_by(probe, curet):
       LightLobes lobes;
       vector up = vector(0.0, 0.0, 1.0);
       lobes.axis[0] = up; lobes.exponent[0] = lobe_exponent(0.05); lobes.height[0] = 1.0; lobes.count = 1;
+      lobes.present[0] = 1;
       float angle = (pixel + 0.5) * 0.0002;
       out = eval_lobes(FLAT_RAMP, lobes, up, vector(sin(angle), 0.0, cos(angle)));
       out[1] = LOBE_SOLID_ANGLE / lobes.exponent[0];"""

@@ -397,6 +397,7 @@ def test_a_lobe_is_as_high_beyond_its_last_knot_and_nothing_behind_it(probe, foi
     code = """
       LightLobes lobes;
       lobes.count = 1; lobes.axis[0] = vector(0.0, 0.0, 1.0); lobes.exponent[0] = 4.0; lobes.height[0] = 1.0;
+      lobes.present[0] = 1;
       color ahead = eval_lobes(RAMP, lobes, vector(0.0, 0.0, 1.0), vector(0.0, 0.0, 1.000001));
       color behind = eval_lobes(RAMP, lobes, vector(0.0, 0.8, 0.6), vector(0.0, 0.6, -0.8));
       out = color(ahead[0], fabs(behind[0]), 0.0);"""
@@ -410,8 +411,9 @@ def test_only_lobes_that_were_taken_are_left(probe, foil):
       for (int i = 0; i < 4; i++) { lobes.axis[i] = vector(0.0, 0.0, 1.0); lobes.exponent[i] = 1.0;
         lobes.height[i] = i; lobes.times[i] = 3.0 * (i % 2); }
       keep_sampled_lobes(lobes);
-      out = color(lobes.count, lobes.height[0][0], lobes.height[1][0]);"""
-    np.testing.assert_array_equal(probe(foil, code, 1)[0], [2, 3, 9])
+      out = color(lobes.present[0] + 2 * lobes.present[1] + 4 * lobes.present[2] + 8 * lobes.present[3],
+                  lobes.height[1][0], lobes.height[3][0]);"""
+    np.testing.assert_array_equal(probe(foil, code, 1)[0], [2 + 8, 3, 9])
 
 
 def test_the_last_coordinate_is_in_the_last_cell_and_the_last_view_between_the_last_stops(probe, foil):
@@ -419,7 +421,7 @@ def test_the_last_coordinate_is_in_the_last_cell_and_the_last_view_between_the_l
     code = """float w[4], odd[4];
       int knot;
       float t = locate_polar_knot(vector(1.0, 0.0, 0.0), knot);
-      out = color(locate_cell(1.0000001, 16, w) + w[3], locate_cell(1.0, 17, odd) + odd[3],
+      out = color(locate_cell(1.0000001, 16, 0, w) + w[3], locate_cell(1.0, 17, 0, odd) + odd[3],
                   10 * (POLAR_KNOTS - knot) + t);"""
     np.testing.assert_allclose(probe(foil, code, 1)[0], [7 + 1 / 6, 8 + 1 / 6, 21], rtol=1e-5)
 

@@ -226,7 +226,7 @@ def test_installed_from_the_zip_into_a_clean_profile_it_works_and_goes_again(pac
 
 @release
 def test_a_day_with_the_installed_extension(package, glossy, write_astm, tmp_path):
-    """Drop, cancel, undo, redo, copy, refit, save, reload, append, link, and a batch with one broken file of ten."""
+    """Drop, cancel, undo, redo, save, reload, and a batch with one broken file of ten."""
     folder = tmp_path / "data"
     folder.mkdir()
     for number in range(9):

@@ -22,7 +22,8 @@ ADDON = (("core",), ("work",), ("panel",),
 CORE = (("annotations", "manual", "registration", "versions"), ("blender",), ("storage",), ("lamps",), ("shading",),
         ("libraries",), ("checks", "preferences"), ("__init__",))
 # and of `fitter/photographs`
-PHOTOGRAPHS = (("description",), ("pictures",), ("rig",), ("ball",), ("flat",), ("capture", "compared"), ("__init__",))
+PHOTOGRAPHS = (("description",), ("pictures",), ("rig",), ("ball",), ("flat",),
+               ("capture", "report"), ("__init__",))
 LAYERS = {"fitter": FITTER, "fitter/photographs": PHOTOGRAPHS, "addon": ADDON, "addon/core": CORE}
 FORBIDDEN = {"fitter": {"addon", "benchmarks", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"},
              "addon": {"benchmarks"}}

@@ -14,7 +14,7 @@ ROOT_PAGES = {"CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.m
 REFERENCE = ("reference/python", "reference/operators", "reference/command_line")
 MANUAL = ("start", "formats", "manual/*")       # below manual.md; what the extension holds
 CONTENTS = (
-    ("Use", ("start", "Manual <manual>", "formats", "farm")),
+    ("Use", ("start", "Manual <manual>", "formats", "layouts", "farm")),
     ("Method", ("fitting", "rendering", "Engines <engines>", "devices")),
     ("Evidence", ("results", "robustness", "stability")),
     ("Reference", REFERENCE),

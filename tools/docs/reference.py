@@ -93,7 +93,6 @@ def operators() -> str:
 
 
 def _arguments(rna: bpy.types.Struct) -> dict[str, str]:
-    """What each argument of an operator is, by its name."""
     return {argument.identifier: _argument(argument) for argument in rna.properties
             if argument.identifier not in ("rna_type", "filter_glob")}
 

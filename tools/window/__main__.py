@@ -1,10 +1,8 @@
 """``python -m tools.window FOLDER [NAME ...]``: pictures of Blender's window for the manual, and films of it.
 
 Each opens a real Blender on a screen of its own (Xvfb), installs the extension's zip into an empty profile, and runs
-`driver.py` inside of it. The scripts that do this, and a folder with such a Blender, are not part of the repository:
-``--scripts`` (shot.sh; by default ../shared/tools/blender_gui) and ``--root`` (made by setup_blender_gui.sh there; as
-root, on Debian). CURET's measurements are needed, the photographs of a lion, and the synthetic tables and photographs
-of `make demo`.
+`driver.py` inside of it. The scripts that do this, and a folder with such a Blender, are not part of the repository.
+CURET's measurements are needed, the photographs of a lion, and the synthetic tables and photographs of `make demo`.
 """
 
 import argparse

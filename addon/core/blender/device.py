@@ -1,7 +1,7 @@
 """On which device Cycles renders a scene, and whether it evaluates the shaders of measured materials there.
 
-docs/devices.md tells what Cycles does on which device. Handlers ask after each change of a scene, so that nothing here
-takes long: Cycles lists devices only where a scene wants another than the CPU, and once a session for each type.
+docs/devices.md tells what Cycles does on which device. Handlers ask after each change of a scene: Cycles lists devices
+only where a scene wants another than the CPU, and once a session for each type.
 """
 
 import argparse
@@ -18,10 +18,8 @@ _AND_CPU = "+CPU"
 
 
 def effective_device(scene: bpy.types.Scene) -> str:
-    """The type of device that renders a scene: "CPU", "CUDA", "OPTIX", "HIP", "METAL" or "ONEAPI".
-
-    A GPU may have the CPU beside it. Where none of the type chosen in the preferences is in use, Cycles takes the CPU.
-    """
+    """The type of device that renders a scene, "CPU", "CUDA", "OPTIX", "HIP", "METAL" or "ONEAPI": the CPU too where
+    none of the type chosen in the preferences is in use."""
     requested = _read_requested_device(tuple(sys.argv))
     if requested:
         return requested.removesuffix(_AND_CPU)
@@ -44,7 +42,6 @@ def renders_on_gpu(scene: bpy.types.Scene) -> bool:
 
 @functools.cache
 def _available(kind: str) -> frozenset[str]:
-    """The identifiers of the devices of a type that this machine has."""
     import _cycles
 
     return frozenset(device[2] for device in _cycles.available_devices(kind) if device[1] == kind)

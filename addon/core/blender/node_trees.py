@@ -15,6 +15,12 @@ def use_nodes(owner: bpy.types.Material | bpy.types.World) -> bpy.types.NodeTree
     return not_none(owner.node_tree)
 
 
+def displayed_name(node: bpy.types.Node) -> str:
+    """What the Shader Editor calls a node."""
+    tree = getattr(node, "node_tree", None)
+    return node.label or (node.name if tree is None else tree.name)
+
+
 def list_upstream(links: Iterable[bpy.types.NodeLink]) -> list[bpy.types.Node]:
     """The nodes that these links come from, and all nodes before those."""
     nodes: list[bpy.types.Node] = []

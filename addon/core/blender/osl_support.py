@@ -27,7 +27,6 @@ def reason_unavailable() -> str:
 
 
 def enable(scene: bpy.types.Scene) -> None:
-    """Let Cycles render the scene with OSL."""
     setattr(scene.render, "engine", "CYCLES")       # noqa: B010  the stubs know EEVEE only
     scene.cycles.shading_system = True
 

@@ -35,7 +35,6 @@ def is_unchanged(tree: bpy.types.NodeTree | None) -> bool:
 
 
 def used_only_by(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
-    """The shared groups that nothing uses but a group."""
     shared = [each for each in _local() if not each.use_fake_user]
     users = bpy.data.user_map(subset=shared)
     return [each for each in shared if users[each] == {tree}]
@@ -56,7 +55,6 @@ def _local() -> list[bpy.types.NodeTree]:
 
 
 def _digest(tree: bpy.types.NodeTree) -> str:
-    """A digest of a group's sockets, nodes, their settings and values, and links."""
     sockets = [(item.name, item.identifier, item.in_out, item.socket_type, _value(item))
                for item in tree.interface.items_tree if item.item_type == "SOCKET"]
     nodes = [(node.name, node.bl_idname, node.mute, *(getattr(node, name, "") for name in _SETTINGS),

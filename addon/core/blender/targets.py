@@ -13,21 +13,20 @@ from .transaction import find_by_session_uid
 
 ACTIVE_SLOT = -1
 _NOTHING = -1               # as an object: nothing was active; 0 is an operator's default
+_WITHOUT_SURFACE = {"VOLUME", "GREASEPENCIL", "GPENCIL"}     # unless modifiers make meshes of them
 _SOLID = {"TEXTURED", "SOLID"}
 _MOST_SEEN_THROUGH = 16     # objects in front of the one that is hit
 _STEP = 1e-4                # beyond an object that is seen through, relative to its distance
 
 
 class Target(NamedTuple):
-    """An object, by its `session_uid`, and its slot, from 0 or `ACTIVE_SLOT`: as users may undo and delete meanwhile.
-    """
+    """An object and its slot."""
 
-    item: int
-    slot: int = ACTIVE_SLOT
+    item: int                   # its `session_uid`: users may undo and delete meanwhile
+    slot: int = ACTIVE_SLOT     # or from 0
 
 
 def active(context: bpy.types.Context) -> Target:
-    """The active object and its active slot."""
     item = context.object
     return Target(_NOTHING) if item is None else Target(item.session_uid, not_none(item.active_material_index))
 
@@ -35,23 +34,30 @@ def active(context: bpy.types.Context) -> Target:
 def list_selected(context: bpy.types.Context) -> list[Target]:
     """The active object, and where it can have materials, those that are selected beside it and can; active slots."""
     items = [item for item in (context.object, *getattr(context, "selected_objects", ()))
-             if item is not None and hasattr(item.data, "materials")]
+             if item is not None and has_surface(item)]
     others = [item for item in items if item != context.object] if context.object in items else []
     return [active(context), *(Target(item.session_uid) for item in others)]
 
 
 def find_under_mouse(context: bpy.types.Context, event: bpy.types.Event) -> Target | None:
-    """The object under the mouse in a 3-D viewport, and the slot of its face there; None if there is none.
-
-    Of a collection's instance it is the object that is instanced.
-    """
+    """The object under the mouse in a 3-D viewport, of an instance that which is instanced, and its face's slot."""
     for area in context.window.screen.areas if context.window is not None else ():
-        regions = [region for region in area.regions if 0 <= event.mouse_x - region.x < region.width
-                   and 0 <= event.mouse_y - region.y < region.height]
-        if area.type == "VIEW_3D" and regions and all(region.type == "WINDOW" for region in regions):
+        if area.type == "VIEW_3D" and (region := region_under_mouse(area, event)) is not None:
             space: Any = area.spaces.active
-            return _hit(context, space, regions[0], event)
+            return _hit(context, space, region, event)
     return None
+
+
+def region_under_mouse(area: bpy.types.Area, event: bpy.types.Event) -> bpy.types.Region | None:
+    """The region of a view under the mouse; None where a sidebar or a header is over it, and beside the area."""
+    under = [region for region in area.regions if min(region.width, region.height) > 1
+             and 0 <= event.mouse_x - region.x < region.width and 0 <= event.mouse_y - region.y < region.height]
+    return under[0] if under and all(region.type == "WINDOW" for region in under) else None
+
+
+def has_surface(item: bpy.types.Object) -> bool:
+    """Whether an object may show the surface of a material."""
+    return hasattr(item.data, "materials") and (item.type not in _WITHOUT_SURFACE or len(item.modifiers) > 0)
 
 
 def assign_all(chosen: Sequence[Target], material: bpy.types.Material) -> str:
@@ -67,7 +73,7 @@ def assign(target: Target, material: bpy.types.Material) -> str:
         return "no object was active"
     if item is None:
         return "its object has been removed meanwhile"
-    if not hasattr(item.data, "materials"):
+    if not has_surface(item):
         return f"{item.name} has no surface"
     slots = item.material_slots
     wanted = not_none(item.active_material_index) if target.slot == ACTIVE_SLOT else target.slot

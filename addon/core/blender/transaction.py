@@ -37,10 +37,8 @@ def _all() -> Iterator[bpy.types.ID]:
 
 @contextmanager
 def restored_on_error(material: bpy.types.Material, names: Iterable[str]) -> Iterator[None]:
-    """Restore a material if the block raises: its nodes, links, viewport properties, and these of its settings.
-
-    The block must not remove data-blocks that the material refers to.
-    """
+    """If the block raises, which must remove nothing that the material refers to, restore its nodes, links, viewport
+    properties, and these of its settings."""
     viewport = {name: _plain(getattr(material, name)) for name in _VIEWPORT_PROPERTIES}
     bump, settings = material.cycles.use_bump_map_correction, material.measured_brdf
     stored = {name: getattr(settings, name) for name in names}
@@ -70,7 +68,7 @@ def _state(node: bpy.types.Node) -> _State:
 
 
 def _restore(tree: bpy.types.NodeTree, nodes: Mapping[int, _State], links: Iterable[_Ends]) -> None:
-    """Nodes are known by their place in memory: the block may have given them other names."""
+    """Restore nodes, by their place in memory: the block may have given them other names."""
     for node in [node for node in tree.nodes if node.as_pointer() not in nodes]:
         tree.nodes.remove(node)
     for node in tree.nodes:

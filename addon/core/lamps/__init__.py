@@ -1,19 +1,11 @@
 """The scene's lamps, of which the measured materials know.
 
-The shader puts a lobe at each lamp (`osl/light_lobes.h`). Lobes, mixture and sampled directions always sum to the
-measured reflectance. So a lamp that is missing here, or is listed but not visible, costs noise only. The exception is a
-lamp without a size, which no sampled direction can hit: until it is listed here, it shows the mixture's value.
-
-How many lamps there are is written into node groups that the materials have in them (`group`), which makes Cycles
-compile them again; where the lamps are, how large and how strong, into a carrier of each scene (`carrier`), which costs
-nothing. Appended and linked materials and objects bring those of other files along. All are kept up to date; linked
-ones in memory only.
-
-Who makes or replaces materials knows nothing of that: this follows (`blender/followers`).
-
-Lamps that move by themselves have drivers (`drivers`), so that a render job follows them. Handlers write the rest. A
-render job calls the handlers in a thread of its own, where they do nothing unless the interface is locked: Blender may
-be reading what they would write. docs/rendering.md has a table of what works when.
+How many there are is written into node groups that the materials have in them (`group`), which makes Cycles compile
+them again; where they are, how large and how strong, into a carrier of each scene (`carrier`), which costs nothing.
+Those of other files that are appended or linked are kept up to date too, linked ones in memory only. `drivers`
+follow lamps that move by themselves, also in a render job; handlers write the rest, and do nothing in the thread of a
+render job unless the interface is locked: Blender may be reading what they would write. docs/rendering.md says what
+works when, and what a lamp that is not known costs: noise.
 """
 
 import threading
@@ -31,7 +23,7 @@ from . import carrier, changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import node_tree
 from .lamp import Lamp
-from .light_objects import get_light
+from .light_objects import get_light, is_animated
 from .world_lights import bright_spots
 
 __all__ = ["is_main_thread_free", "list_lamps", "node_tree", "register", "sky_moves", "unregister", "update"]
@@ -45,10 +37,7 @@ _is_due = threading.Event()                         # an update was postponed, o
 
 
 def list_lamps(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
-    """The lamps of an evaluated scene that give light, as the shader takes them, by rank.
-
-    At most as many as the shader of this version takes. Bright places of the world count as suns.
-    """
+    """The lamps of an evaluated scene that give light, bright places of the world too, by rank; at most `MAX_LAMPS`."""
     _forget()
     shining = [known for known, _ in _lamps(depsgraph, changes.EVERYTHING) if known.strength > 0]
     return sorted(shining, key=lambda known: known.rank)[:group.MAX_LAMPS]
@@ -65,15 +54,14 @@ def update(depsgraph: bpy.types.Depsgraph) -> None:
 
 
 def sky_moves(world: bpy.types.World | None) -> bool:
-    """Whether a world has bright places and its nodes are animated."""
-    return (world is not None and world.node_tree is not None and drivers.is_animated(world.node_tree)
+    return (world is not None and world.node_tree is not None and is_animated(world.node_tree)
             and len(bright_spots(world)) > 0)
 
 
 def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     is_free = is_main_thread_free()
     if changed.structure:
-        light_objects.forget_layers()
+        light_objects.forget()
         if is_free:
             group.merge()
             shared_groups.merge()
@@ -100,7 +88,7 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
     listed: _Listed = [(lamp.from_light(light, item.matrix_world), item) for item in lights
-                       if (light := get_light(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
+                       if (light := get_light(item)).energy > 0 or is_animated(not_none(light.original))]
     listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
     listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
                for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]
@@ -108,7 +96,6 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
 
 
 def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer) -> None:
-    """Write lamps into a carrier, with drivers for those that need them."""
     names = Counter(item.name for _, item in listed if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
     wanted = {_identity(item): drivers.driver_expressions(not_none(item.original), layer) for _, item in listed
@@ -124,10 +111,8 @@ def _write(held: bpy.types.Texture, listed: _Listed, layer: bpy.types.ViewLayer)
 
 
 def _keep_order(before: list[int | None], listed: _Listed) -> _Listed:
-    """The lamps in the order of the last write, if they are the same ones.
-
-    Exchanging drivers because one lamp is now brighter than another would make Blender rebuild its relations.
-    """
+    """The lamps in the order of the last write, if they are the same ones: exchanging drivers because one is now
+    brighter than another would make Blender rebuild its relations."""
     if Counter(before) != Counter(_identity(item) for _, item in listed):
         return listed
     others = iter([pair for pair in listed if pair[1] is None])
@@ -145,7 +130,6 @@ def _forget() -> None:
 
 
 def _may_write(scene: bpy.types.Scene) -> bool:
-    """Whether no render can be reading what would be written now."""
     return bool(scene.render.use_lock_interface) or is_main_thread_free()
 
 
@@ -162,8 +146,7 @@ def _on_evaluation(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
     if _is_due.is_set():
         update(depsgraph)
     else:
-        exact = instances.are_possible() or light_objects.is_layer_known()
-        _write_changes(depsgraph, changes.changes(depsgraph, exact))
+        _write_changes(depsgraph, changes.changes(depsgraph))
 
 
 def _postpone() -> None:

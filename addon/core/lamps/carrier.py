@@ -1,13 +1,11 @@
 """The carrier of a scene's lamps: a data-block whose custom properties hold their numbers, and pointers to it.
 
-The lamp group (`group`) reads them by Attribute nodes, through a custom property of each object that has a measured
-material. The values are attributes of the object to Cycles, which compiles nothing when they change; values in a node
-tree it compiles into each material. No extension is needed to read them, nor for drivers on them.
+The lamp group (`group`) reads them by Attribute nodes, as attributes of each object that points to the carrier, without
+the extension: Cycles compiles nothing when they change.
 
-A carrier is a texture that nothing shows. Of an object Blender would evaluate drivers only where it is visible, in the
-viewport and in renders; and it puts an object, or the data of one, into the scene of those who append what points to
-it. Pointers to local data do not outlive a save where an object is linked or overridden: such objects keep the carrier
-of their own file, which is given the lamps of this one, in memory only.
+A carrier is a texture that nothing shows. Of an object Blender would evaluate drivers only where it is visible; and it
+puts an object into the scene of those who append what points to it. Pointers to local data do not outlive a save where
+an object is linked or overridden: such objects keep the carrier of their own file, which gets the lamps of this one.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -25,7 +23,6 @@ _PASSED_ON = {"NODETREE", "MATERIAL", "MESH", "CURVE", "CURVES", "META", "POINTC
 
 
 def attribute(kind: str, number: int) -> str:
-    """The name of the attribute of an object that holds numbers of a lamp."""
     return f"{_path(POINTER)}{_path(f'{kind}{number}')}"
 
 
@@ -40,9 +37,9 @@ def _path(name: str) -> str:
 
 
 def scene_carrier(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | None:
-    """The carrier of a scene of this file; where it has none, a new one or None. A copy of a scene has the carrier of
-    the original, and needs one of its own."""
+    """The carrier of a scene of this file; where it has none, a new one or None."""
     carrier = scene.get(POINTER)
+    # a copy of a scene has the carrier of the original, and needs one of its own
     if is_local(carrier) and scene == next(each for each in bpy.data.scenes if each.get(POINTER) == carrier):
         return carrier
     if not make or not can_change(scene):
@@ -62,7 +59,6 @@ def linked_carriers() -> list[bpy.types.Texture]:
 
 
 def is_local(carrier: object) -> bool:
-    """Whether something is a carrier that belongs to this file."""
     return isinstance(carrier, bpy.types.Texture) and carrier.get(LAMP_COUNT) is not None and can_change(carrier)
 
 
@@ -104,8 +100,7 @@ def store(carrier: bpy.types.Texture, lamps: Sequence[Lamp], driven: Collection[
 
 
 def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collection[bpy.types.Object]) -> None:
-    """Point all objects that read lamps and belong to the scene, or point to no scene's carrier, to this one; no other
-    object keeps a pointer."""
+    """Point objects that read lamps, and belong to the scene or to none, to its carrier; no other keeps a pointer."""
     here = _scene_objects(scene)
     carriers = [each[POINTER] for each in bpy.data.scenes if each.get(POINTER) is not None]
     for item in bpy.data.objects:
@@ -121,8 +116,8 @@ def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collectio
 
 
 def _scene_objects(scene: bpy.types.Scene) -> set[bpy.types.Object]:
-    """The objects of a scene and of the collections that they are instances of. `Depsgraph.ids` would have those of
-    geometry nodes too, but Blender crashes where some of them have just been removed, as `group.merge` does."""
+    """The objects of a scene and of the collections that they are instances of."""
+    # `Depsgraph.ids` has those of geometry nodes too; Blender crashes where some were just removed, as by `group.merge`
     found: set[bpy.types.Object] = set()
     waiting = [*scene.objects]
     while waiting:
@@ -134,8 +129,7 @@ def _scene_objects(scene: bpy.types.Scene) -> set[bpy.types.Object]:
 
 
 def readers(trees: Iterable[bpy.types.NodeTree]) -> set[bpy.types.Object]:
-    """The objects of the file with materials that have these node groups in them, also where nodes or a view layer give
-    them such a material."""
+    """The objects with materials that have these node groups in them, also by nodes or a view layer."""
     users = bpy.data.user_map(key_types=_PASSED_ON)
     waiting: list[bpy.types.ID] = list(trees)
     passed: set[bpy.types.ID] = set(waiting)

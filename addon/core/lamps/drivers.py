@@ -1,12 +1,9 @@
 """Drivers of a carrier's values: lamps that move or change by themselves are followed at every frame.
 
-Blender evaluates drivers for every dependency graph: in the viewport, in the thread of a render, and on a farm without
-this extension. Their expressions are simple ones, which need no Python and run where scripts are disabled.
-
-A driver that refers to an object by pointer would bring the user's lamps along wherever an object with a measured
-material is appended, into the scene. So these drivers look up an object's name in the view layer that is being
-evaluated (`ACTIVE_VIEW_LAYER`; the active scene would give the original objects, a frame late). If no object has that
-name, the last known value stays.
+Their expressions are simple ones, which need no Python and run where scripts are disabled. By a pointer to the lamp,
+an object that is appended would bring the lamps of its file along. So drivers look up an object's name in the view
+layer that is evaluated (`ACTIVE_VIEW_LAYER`; the active scene would give the original objects, a frame late). If no
+object has that name, the last known value stays.
 """
 
 import re
@@ -15,7 +12,7 @@ from collections.abc import Mapping
 import bpy
 
 from . import carrier, lamp
-from .light_objects import get_light
+from .light_objects import get_light, is_animated
 
 Place = tuple[int, int]
 """The number of a lamp, from 1, and the index of one of its six values."""
@@ -27,10 +24,7 @@ _POSITION_INDICES, _SIZE, _STRENGTH = range(3), 3, 4
 
 
 def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
-    """The values of a lamp that need drivers, because they can change without an edit: {index: expression}.
-
-    The lamp is a light of the view layer, not evaluated.
-    """
+    """The values of a light of a view layer that can change without an edit: {index: expression}."""
     # the matrix of an object that is hidden in the viewport is not evaluated there
     moves = can_move(item) or not item.visible_get(view_layer=layer)
     light = get_light(item)
@@ -39,7 +33,10 @@ def driver_expressions(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> di
     indices = [*(_POSITION_INDICES if moves else ()), *([_STRENGTH] if changes else ())]
     if changes or (moves and light.type != "SUN"):
         indices.append(_SIZE)
-    return {index: expressions[index] for index in indices}
+    wanted = {index: expressions[index] for index in indices}
+    if is_animated(item):                   # it may be shown at some frames alone
+        wanted[_STRENGTH] = f"{expressions[_STRENGTH]} * {lamp.VISIBILITY}"
+    return wanted
 
 
 def can_move(item: bpy.types.Object | None) -> bool:
@@ -53,18 +50,9 @@ def can_move(item: bpy.types.Object | None) -> bool:
     return False
 
 
-def is_animated(data: bpy.types.ID) -> bool:
-    """Whether a data-block itself has an action, drivers or strips."""
-    animation = data.animation_data
-    return animation is not None and (animation.action is not None or len(animation.drivers) > 0
-                                      or len(animation.nla_tracks) > 0)
-
-
 def wire(held: bpy.types.Texture, sources: Mapping[Place, tuple[str, bpy.types.Object]]) -> set[Place]:
-    """Give a carrier these drivers, {(number, index): (expression, evaluated object)}, and remove all others.
-
-    Returns the places that had the right driver already, and so have their values.
-    """
+    """Give a carrier these drivers, {place: (expression, evaluated object)}, and remove all others: the places that had
+    the right driver already, and so have their values."""
     before = _existing(held)
     after: dict[tuple[str, int], _Driver] = {
         carrier.path(*place): (expression, {name: _target(name, item) for name in _variables(expression)})

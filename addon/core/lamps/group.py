@@ -25,15 +25,11 @@ def node_tree() -> bpy.types.NodeTree:
 
 
 def _local() -> list[bpy.types.NodeTree]:
-    """The groups of this version's shader that belong to this file."""
     return [tree for tree in trees() if can_change(tree) and capacity(tree) == MAX_LAMPS]
 
 
 def merge() -> None:
-    """Put one group in the place of all that say the same: appending, making local and overriding bring more.
-
-    An override gives way to what it overrides.
-    """
+    """Put one group in the place of all that say the same, and what is overridden in that of its override."""
     local = _local()
     same = [(tree, local[0]) for tree in local[1:]]
     same += [(tree, tree.override_library.reference) for tree in trees() if tree.override_library is not None]
@@ -66,12 +62,7 @@ def capacity(tree: bpy.types.NodeTree) -> int:
 
 def store(tree: bpy.types.NodeTree, count: int, frugal: bool) -> None:
     """Write what differs, how many lamps there are and whether few closures fit: every write makes Cycles compile the
-    materials. Nodes of lamps that there are not are muted, else Cycles would give objects attributes for them.
-
-    An assignment to a node makes Blender copy all node trees that have the group in them, with their bytecode. So
-    values are written in blocks, and the group alone is marked as changed: its users are evaluated anew, not copied.
-    Blender takes no blocks for linked groups.
-    """
+    materials. Nodes of other lamps are muted, else Cycles would give objects attributes for them."""
     changed = [_write(tree.nodes[name].outputs, "default_value", [value])
                for name, value in ((LAMP_GROUP, float(count)), (FRUGAL, float(frugal)))]
     numbers = [_NUMBERED.fullmatch(node.name) for node in tree.nodes]
@@ -87,9 +78,10 @@ def _write(items: Any, name: str, values: list[Any]) -> bool:
     if before == values:
         return False
     if can_change(items.id_data):
+        # an assignment would have Blender copy all node trees that have the group in them, with their bytecode
         items.foreach_set(name, values)
         return True
-    for item, old, new in zip(items, before, values, strict=True):
+    for item, old, new in zip(items, before, values, strict=True):      # Blender takes no block for a linked group
         if old != new:
             setattr(item, name, new)
     return True

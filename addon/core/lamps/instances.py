@@ -4,9 +4,9 @@ Only a search through all instances of a scene finds them. So the search runs on
 and again only after a change of something that can. A wrong yes only costs the time of a search.
 """
 
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 
@@ -16,26 +16,22 @@ from .changes import Changed, changed_objects
 from .light_objects import get_light, light_objects
 
 _Key = tuple[int, str, str]         # scene, view layer, and mode of the dependency graph
+_LEADS_ON = {"OBJECT", "COLLECTION", "NODETREE", "PARTICLE"}       # to what instances lights, by one using the other
 
 
 @dataclass
 class _Search:
-    """The last search: where it was made (None before the first), whether something may instance a light, and the lamps
-    found.
-    """
-
-    key: _Key | None = None
-    possible: bool = False
+    key: _Key | None = None         # None before the first
+    possible: bool = False          # whether something may instance a light,
+    instancers: set[int] = field(default_factory=set)       # and what, by session_uid
     lamps: list[lamp.Lamp] = field(default_factory=list)
-    parents: dict[int, bool] = field(default_factory=dict)  # by session_uid of what brings lamps: whether it can move
-    holders: dict[int, bool] = field(default_factory=dict)  # by session_uid of a collection: whether it holds lights
+    moves: bool = False             # whether something that brings lamps can move by itself
 
 
 _last = _Search()
 
 
 def forget() -> None:
-    """Forget everything, so that the next call searches again."""
     global _last
     _last = _Search()
 
@@ -45,13 +41,14 @@ def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], c
     global _last
     key = depsgraph.scene.session_uid, depsgraph.view_layer.name, depsgraph.mode
     if _last.key != key or changed.structure:
-        _last = _Search(key)
-        _last.possible = may_be_instanced(not_none(depsgraph.scene), shining)
+        instancers = {item.session_uid for item in list_instancers()}
+        has_set = not_none(depsgraph.scene).background_set is not None
+        _last = _Search(key, has_set or len(instancers) > 0, instancers)
         if _last.possible:
             search(depsgraph, shining)
     elif _last.possible and changed.others:
         objects = changed_objects(depsgraph)
-        if objects is None or any(_may_move_a_lamp(*change) for change in objects):
+        if objects is None or any(item.type == "LIGHT" or item.session_uid in _last.instancers for item in objects):
             search(depsgraph, shining)
     return _last.lamps
 
@@ -60,7 +57,7 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
     """Search all instances for lights that are not in `shining`."""
     known = {item.session_uid for item in shining}
     instanced: list[lamp.Lamp] = []
-    parents: dict[int, bool] = {}
+    parents: set[Any] = set()
     for instance in depsgraph.object_instances:
         item = not_none(instance.object)
         if item.type != "LIGHT" or (not instance.is_instance and item.original.session_uid in known):
@@ -68,74 +65,33 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
         light = get_light(item)
         if light.energy > 0:
             instanced.append(lamp.from_light(light, instance.matrix_world))
-        parent = instance.parent.original if instance.is_instance else item.original
-        parents[parent.session_uid] = parents.get(parent.session_uid) or drivers.can_move(parent)
-    _last.lamps, _last.parents = instanced, parents
-
-
-def are_possible() -> bool:
-    """Whether something may instance a light, as of the last search."""
-    return _last.possible
+        parents.add(instance.parent.original if instance.is_instance else item.original)
+    _last.lamps, _last.moves = instanced, any(map(drivers.can_move, parents))
 
 
 def can_move() -> bool:
     """Whether the last search found lamps that can move by themselves."""
-    return any(_last.parents.values())
+    return _last.moves
 
 
-def may_be_instanced(scene: bpy.types.Scene, shining: Sequence[bpy.types.Object]) -> bool:
-    """Whether something may instance a light; `shining` are the lights that are objects of the scene."""
-    if scene.background_set is not None or any(
-            settings.render_type in {"OBJECT", "COLLECTION"} for settings in bpy.data.particles):
-        return True
-    lights = light_objects()
-    # nodes are users of an object, and so is each collection that holds it
-    if _has_geometry_nodes() and (len(lights) > len(shining) or any(item.users > 1 for item in lights)):
-        return True
-    return any(map(_is_child_of_instancer, lights)) or any(map(holds_lights, _instanced_collections()))
-
-
-def holds_lights(collection: bpy.types.Collection) -> bool:
-    """Whether instances of a collection may contain lights."""
-    key, known = collection.session_uid, _last.holders
-    if key not in known:
-        known[key] = False                  # ends the recursion where collections instance one another
-        nodes = _has_geometry_nodes()
-        known[key] = any(item.type == "LIGHT" or _instances_lights(item) or (nodes and _makes_instances(item))
-                         for item in collection.all_objects)
-    return known[key]
-
-
-def _instances_lights(item: bpy.types.Object) -> bool:
-    return (item.instance_type == "COLLECTION" and item.instance_collection is not None
-            and holds_lights(item.instance_collection))
-
-
-def _may_move_a_lamp(item: bpy.types.Object, is_geometry: bool) -> bool:
-    """Whether the change of an object, or of its geometry, can have moved an instanced lamp."""
-    if item.type == "LIGHT" or _instances_lights(item) or item.instance_type in {"VERTS", "FACES"}:
-        return True
-    return _makes_instances(item) and (is_geometry or item.session_uid in _last.parents)
-
-
-def _makes_instances(item: bpy.types.Object) -> bool:
-    return len(item.particle_systems) > 0 or any(modifier.type == "NODES" for modifier in item.modifiers)
-
-
-def _is_child_of_instancer(item: bpy.types.Object) -> bool:
-    while item.parent is not None:
-        item = item.parent
-        if item.instance_type in {"VERTS", "FACES"}:
-            return True
-    return False
-
-
-def _instanced_collections() -> list[bpy.types.Collection]:
-    """Collections with other users than the collections that contain them."""
-    holders = [*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes)]
-    parents = Counter(child.session_uid for holder in holders for child in holder.children)
-    return [item for item in bpy.data.collections if item.users - item.use_fake_user > parents[item.session_uid]]
-
-
-def _has_geometry_nodes() -> bool:
-    return any(tree.bl_idname == "GeometryNodeTree" for tree in bpy.data.node_groups)
+def list_instancers() -> Iterator[bpy.types.Object]:
+    """The objects that may instance lights: what uses a light object, or uses what does, and makes instances; and
+    those below which a light is."""
+    lights: list[bpy.types.ID] = [*light_objects()]
+    users = bpy.data.user_map(key_types=_LEADS_ON, value_types=_LEADS_ON) if lights else {}
+    waiting, passed = [*lights], set(lights)
+    while waiting:
+        further = users.get(waiting.pop(), set()) - passed
+        passed |= further
+        waiting += further
+    for item in passed:
+        if isinstance(item, bpy.types.Object) and (
+                item.instance_type == "COLLECTION" or len(item.particle_systems) > 0
+                or any(modifier.type == "NODES" for modifier in item.modifiers)):
+            yield item
+    for light in light_objects():
+        above = light.parent
+        while above is not None:
+            if above.instance_type in {"VERTS", "FACES"}:
+                yield above
+            above = above.parent

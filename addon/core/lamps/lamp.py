@@ -1,8 +1,5 @@
-"""A lamp as the shader takes it: as numbers, and as driver expressions over properties of the lamp's object.
-
-A lamp has six values: its position or direction (three), its size, its strength, its core. `expressions` gives all but
-the last as driver expressions; `VARIABLES` gives the data path of every variable that occurs in them.
-"""
+"""A lamp as the shader takes it: as numbers, and as driver expressions over `VARIABLES`, which are properties of the
+lamp's object."""
 
 import math
 from typing import NamedTuple
@@ -16,9 +13,11 @@ POINTLIKE = 1e-6            # angular radius of a sun without a size: tells its 
 
 # m12 is row 1, column 2 of the matrix: RNA has the columns first
 VARIABLES = {f"m{row}{column}": f"matrix_world[{column}][{row}]" for row in range(3) for column in range(4)}
+VARIABLES |= {name: name for name in ("hide_viewport", "hide_render")}
 VARIABLES |= {"energy": "data.energy", "exposure": "data.exposure", "angle": "data.angle",
               "radius": "data.shadow_soft_size", "width": "data.size", "height": "data.size_y"}
 
+VISIBILITY = "(1 - hide_viewport * hide_render)"   # expression: 0 where a lamp is in no picture
 _POSITION = "m03", "m13", "m23"
 _LENGTH = "max(sqrt(m02 * m02 + m12 * m12 + m22 * m22), 1e-30)"
 _TOWARD = f"m02 / {_LENGTH}", f"m12 / {_LENGTH}", f"m22 / {_LENGTH}"
@@ -33,15 +32,12 @@ _AREA = {"SQUARE": _DIAGONAL.format("width", "width"), "RECTANGLE": _DIAGONAL.fo
 
 
 class Lamp(NamedTuple):
-    """What the shader knows of a lamp: its position, or for a sun the direction toward it; the radius of a ball around
-    it (m), or for a sun its angular radius (radians) with a minus sign; its irradiance, at 1 m, or that of a sun; and
-    the radius of a disk of the lamp's area, in that of the ball.
-    """
+    """What the shader knows of a lamp."""
 
-    position: Vector3
-    size: float
-    strength: float
-    core: float = 1.0
+    position: Vector3       # of a sun the direction toward it
+    size: float             # radius of a ball around it, m; of a sun its angular radius, radians, with a minus sign
+    strength: float         # irradiance, at 1 m; or that of a sun
+    core: float = 1.0       # radius of a disk of the lamp's area, in that of the ball
 
     @property
     def rank(self) -> tuple[bool, bool, float, "Lamp"]:
@@ -60,7 +56,6 @@ def expressions(light: bpy.types.Light) -> tuple[str, str, str, str, str]:
 
 
 def from_light(light: bpy.types.Light, matrix: Matrix) -> Lamp:
-    """The lamp that a light makes at this world matrix."""
     energy = light.energy * 2 ** getattr(light, "exposure", 0.0)
     if light.type == "SUN":
         x, y, z = (matrix[row][2] for row in range(3))

@@ -1,16 +1,15 @@
 """The light objects of the file and of a view layer, found without looking at other objects.
 
-The list of lights is rebuilt when lights or their users change. For a light that is not hidden, Blender says in
+The list of lights is made anew when objects are added or removed. For a light that is not hidden, Blender says in
 constant time whether it is visible. So an edit costs time in proportion to the lights, in a scene of any size.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import cast
 
 import bpy
 
-_objects: list[bpy.types.Object] | None = None      # the light objects, as of _signature
-_signature: tuple[tuple[int, int], ...] = ()        # session_uid and user count of each light
+_objects: list[bpy.types.Object] | None = None      # the light objects; None: not looked for
 _rendered: dict[tuple[int, str], set[int]] = {}     # by view layer: session_uid of the lights that are rendered
 
 
@@ -21,22 +20,15 @@ def forget() -> None:
     _rendered.clear()
 
 
-def forget_layers() -> None:
-    _rendered.clear()
-
-
-def is_layer_known() -> bool:
-    """Whether collections have been searched for lights that are rendered but not visible."""
-    return len(_rendered) > 0
-
-
 def light_objects() -> list[bpy.types.Object]:
-    global _objects, _signature
-    signature = tuple((light.session_uid, light.users) for light in bpy.data.lights)
-    if _objects is None or _signature != signature or not _are_valid(_objects):
+    global _objects
+    try:
+        for item in _objects or ():
+            item.session_uid            # noqa: B018  raises where the object has been removed
+    except ReferenceError:
         forget()
-        _objects = [item for item in bpy.data.objects if item.type == "LIGHT"] if signature else []
-        _signature = signature
+    if _objects is None:
+        _objects = [item for item in bpy.data.objects if item.type == "LIGHT"] if len(bpy.data.lights) > 0 else []
     return _objects
 
 
@@ -44,13 +36,20 @@ def get_light(item: bpy.types.Object) -> bpy.types.Light:
     return cast(bpy.types.Light, item.data)
 
 
+def is_animated(data: bpy.types.ID) -> bool:
+    """Whether a data-block itself has an action, drivers or strips."""
+    animation = data.animation_data
+    return animation is not None and (animation.action is not None or len(animation.drivers) > 0
+                                      or len(animation.nla_tracks) > 0)
+
+
 def shining(layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
-    """The lights of a view layer that are visible in the viewport or rendered."""
+    """The lights of a view layer that are visible in the viewport or rendered, now or maybe at another frame."""
     return [item for item in light_objects() if item.visible_get(view_layer=layer) or is_rendered(item, layer)]
 
 
 def is_rendered(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> bool:
-    if item.hide_render:
+    if item.hide_render and not is_animated(item):
         return False
     key = layer.id_data.session_uid, layer.name
     if key not in _rendered:
@@ -66,12 +65,3 @@ def _rendered_lights(layer_collection: bpy.types.LayerCollection) -> Iterator[in
             yield item.session_uid
     for child in layer_collection.children:
         yield from _rendered_lights(child)
-
-
-def _are_valid(objects: Iterable[bpy.types.Object]) -> bool:
-    try:
-        for item in objects:
-            item.session_uid            # noqa: B018  raises where the object has been removed
-    except ReferenceError:
-        return False
-    return True

@@ -20,7 +20,6 @@ _FRONT = 0.0, -1.0, 0.0     # where the viewer is in the image
 
 
 def is_plain(world: bpy.types.World | None) -> bool:
-    """Whether a world is of one colour."""
     tree = None if world is None else world.node_tree
     output = None if tree is None else tree.get_output_node("ALL")
     links = () if output is None else not_none(output.inputs["Surface"].links)
@@ -28,8 +27,7 @@ def is_plain(world: bpy.types.World | None) -> bool:
 
 
 def add(scene: bpy.types.Scene, toward: Vector) -> bpy.types.World:
-    """Make the studio the world of a scene, seen by a viewer in a direction from the origin. The former world is kept.
-    """
+    """Make the studio the world of a scene, seen by a viewer in a direction from the origin; the former is kept."""
     if scene.world is not None and scene.world.library is None:
         scene.world.use_fake_user = True
     world = bpy.data.worlds.new(STUDIO_NAME)

@@ -1,8 +1,5 @@
-"""Small bright places in the world. The shader treats them as suns.
-
-These are the sun of a Sky Texture, and bright spots in an Environment Texture. A spot that is missed, or found where
-there is none, only adds noise: the result stays correct (see `lamps`).
-"""
+"""Small bright places in the world, which the shader takes for suns: that of a Sky Texture, and spots in an Environment
+Texture. One that is missed, or found where there is none, only adds noise."""
 
 import math
 from collections.abc import Sequence
@@ -73,8 +70,7 @@ def _to_world(node: bpy.types.Node, direction: Vector3) -> Vector3:
 
 def _image_spots(image: bpy.types.Image) -> list[Spot]:
     """The `spots` of an image, searched for anew where its file, size or colour space is another, or pixels were
-    changed. Blender does not tell that they were changed again: that is noticed when the image is saved.
-    """
+    changed; that they were changed again is noticed when the image is saved."""
     path = bpy.path.abspath(image.filepath, library=image.library)
     return _search_image(image.session_uid, path, time_and_size(path), image.is_dirty, image.colorspace_settings.name,
                          *image.size)
@@ -100,9 +96,7 @@ def directions(height: int, width: int) -> FloatArray:
 
 
 def spots(image: FloatArray | SingleArray) -> list[Spot]:
-    """The bright spots of an equirectangular image of radiance, (height, width), the lowest row first; the brightest
-    first.
-    """
+    """The bright spots, the brightest first, of an equirectangular image of radiance, the lowest row first."""
     step = max(image.shape[0] // _IMAGE_ROWS, 1)
     height, width = (size // step * step for size in image.shape)
     if min(height, width) < _MIN_ROWS:

@@ -24,9 +24,7 @@ _SET_BY_USERS = ("catalog_id", "author", "copyright", "license")
 
 
 def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> None:
-    """Make a measured material an asset, with a description, tags, and a thumbnail, (size, size, 4) float32, or
-    Blender's.
-    """
+    """Make a material an asset, with description, tags, and a thumbnail, (size, size, 4) float32, or Blender's."""
     settings = material.measured_brdf
     material.asset_mark()
     data = not_none(material.asset_data)
@@ -42,7 +40,6 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
 
 
 def describe(settings: Any) -> str:
-    """The default description of an asset, from the settings of its material."""
     if not settings.coefficients:
         return f"{settings.id_data.name}: a mix of measured reflectance"
     published = parse_virtual_path(settings.filepath)
@@ -71,8 +68,7 @@ def unmarked_on_error(material: bpy.types.Material) -> Iterator[None]:
 
 
 def remember(material: bpy.types.Material) -> tuple[str, bool] | None:
-    """What `renew` needs to know of an asset before its material is fitted again: its preset, and whether users left
-    the description as it was; None if it is no asset."""
+    """Of an asset, what `renew` is to know: its preset, and whether users left the description as it was."""
     if material.asset_data is None:
         return None
     settings = material.measured_brdf

@@ -1,7 +1,7 @@
 """Asset libraries on disk: .blend files that this extension wrote, recognised by their content.
 
-A Blender without another open file (`blender_process`) changes a library: it opens the library, replaces measured
-materials or adds new ones, saves to a temporary file, and renames that. Other data that users put into it stay.
+A Blender without another open file (`blender_process`) opens a library, replaces measured materials or adds new ones,
+saves to a temporary file, and renames that. Other data that users put into it stay.
 """
 
 import errno
@@ -12,6 +12,7 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 import bpy
@@ -72,25 +73,19 @@ def _further_parts(path: Path) -> list[Path]:
 
 
 def _temporary(part: Path) -> Path:
-    """The file into which a part is saved before it is renamed."""
     return part.with_name(f".{part.stem}.part.blend")
 
 
 def next_part(path: str | Path) -> Path:
-    path, number = Path(path), 2
-    part = path
-    while part.exists() and (part != path or not refusal(part)):
-        part = path.with_name(f"{path.stem}-{number:03d}{path.suffix}")
-        number += 1
-    return part
+    path = Path(path)
+    further = (path.with_name(f"{path.stem}-{number:03d}{path.suffix}") for number in count(2))
+    return path if not path.exists() or refusal(path) else next(part for part in further if not part.exists())
 
 
 @contextmanager
 def writing(path: str | Path, force: bool) -> Iterator[None]:
-    """Lock a library for writing, and check that it may be written. Raises LibraryError or OSError.
-
-    With `force`, a file that is not a library is kept under another name (`kept_name`).
-    """
+    """Lock a library for writing, and check that it may be written, where anything may with `force`: it is kept under
+    another name (`kept_name`). Raises LibraryError or OSError."""
     path = Path(path)
     if path.suffix != ".blend":
         raise LibraryError(f"{path}: expected a name that ends in .blend")
@@ -108,10 +103,8 @@ def writing(path: str | Path, force: bool) -> Iterator[None]:
 
 def kept_name(path: str | Path) -> str:
     """A free name under which to keep a file; not X.blend1, which Blender overwrites."""
-    path, number = Path(path), 1
-    while path.with_name(f"{path.name}.kept{number}").exists():
-        number += 1
-    return f"{path.name}.kept{number}"
+    path = Path(path)
+    return next(name for number in count(1) if not path.with_name(name := f"{path.name}.kept{number}").exists())
 
 
 def open_part(path: Path) -> _DiskVersion:
@@ -125,16 +118,12 @@ def open_part(path: Path) -> _DiskVersion:
 
 
 def close() -> None:
-    """Close the open file and begin an empty one."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
 
 
 def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
-    """Save the open file as a part of a library, and close it. The old file is replaced only by a complete new one.
-
-    `opened` is what `open_part` returned; None for a new part. Raises OSError if it cannot be written, is
-    write-protected, or another process has saved it meanwhile.
-    """
+    """Save the open file as a part of a library, whole or not at all, and close it. `opened` is what `open_part`
+    returned; None for a new part. Raises OSError, also if another process has saved it meanwhile."""
     path = Path(path)
     marker = bpy.data.texts.get(_MARKER) or bpy.data.texts.new(_MARKER)
     marker.from_string(json.dumps({"format": _FORMAT, "version": versions.CURRENT}))
@@ -171,10 +160,8 @@ def _version_on_disk(path: Path) -> _DiskVersion:
 
 
 def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
-    """Append the materials of another .blend to a library, in this Blender: their names.
-
-    A material of the same measurements is replaced; its asset data that users changed stay.
-    """
+    """Append the materials of another .blend to a library, in this Blender, in the place of those of the same
+    measurements, of which asset data that users changed stay: their names."""
     path = Path(path)
     with writing(path, force):
         close()
@@ -205,7 +192,6 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
 
 
 def list_measured() -> list[bpy.types.Material]:
-    """The measured materials of the open file."""
     return [item for item in bpy.data.materials if item.library is None and materials.is_measured(item)]
 
 

@@ -54,7 +54,6 @@ class _Builder:
 
     def group(self, kind: str, fill: Callable[[bpy.types.NodeTree], None], given: Mapping[str, _Value]
               ) -> bpy.types.Node:
-        """A node of the group that is shared under a name."""
         return self.node("ShaderNodeGroup", given, node_tree=shared_group(kind, fill))
 
     def math(self, operation: str, *values: _Value) -> bpy.types.NodeSocket:
@@ -70,14 +69,11 @@ class _Builder:
 
 
 def add_frame(tree: bpy.types.NodeTree, inputs: Sockets, turn: float | None, x: float, y: float) -> Sockets:
-    """What the lobes of all sums of a group share: sockets, each with a value for a shading point.
+    """What the lobes of all sums of a group share, by name, at a place in the node editor; `turn`: see `NodeMixture`.
 
     "Colour" multiplies the colours of lobes. "Normal" is the shading normal, a unit vector that the viewer sees; "Away"
-    leads from its tip to that of the direction of the viewer. "Tangent" is that of microfacet lobes, "Polar" the polar
-    angle of the viewer as a share of a right angle. Where a fit is anisotropic, "Phase" is the squared cosine of the
-    viewer's azimuth from the first principal axis.
-
-    `inputs` are those of the group by name, `turn` is as `NodeMixture` has it, the place is one in the node editor.
+    leads from its tip to that of the direction of the viewer. "Polar" is the polar angle of the viewer as a share of a
+    right angle, and "Phase" the squared cosine of its azimuth from the first principal axis, of anisotropic fits.
     """
     build = _Builder(tree, x, y)
     given: dict[str, _Value] = {name: inputs[name] for name in _FRAME_INPUTS}
@@ -114,7 +110,6 @@ def _fill_turned_frame(tree: bpy.types.NodeTree) -> None:
 
 
 def _frame(build: _Builder, inputs: Sockets) -> Sockets:
-    """The frame of an isotropic fit."""
     surface = build.node("ShaderNodeNewGeometry")
     viewer = surface.outputs["Incoming"]
     colour = build.node("ShaderNodeVectorMath", {"Vector": inputs["Tint"], "Scale": inputs["Strength"]},
@@ -132,7 +127,6 @@ def _frame(build: _Builder, inputs: Sockets) -> Sockets:
 
 
 def add_sum(tree: bpy.types.NodeTree, mixture: NodeMixture, frame: Sockets, x: float, y: float) -> bpy.types.NodeSocket:
-    """Add a sum of closures, and return its output."""
     stops = mixture.theta / (math.pi / 2)
     total: bpy.types.NodeSocket | None = None
     for number, kind in enumerate(mixture.kinds):
@@ -145,8 +139,7 @@ def add_sum(tree: bpy.types.NodeTree, mixture: NodeMixture, frame: Sockets, x: f
 
 def add_walk(tree: bpy.types.NodeTree, walk: Walk, is_cycles: bool, inputs: Sockets, frame: Sockets,
              above: bpy.types.NodeSocket, x: float, y: float) -> bpy.types.NodeSocket:
-    """Add to the closures of a surface what comes from below it, and return the sum: a random walk in Cycles, EEVEE's
-    approximation there. The input Scale is in metres per unit of the scene."""
+    """Add to the closures of a surface what comes from below it: a random walk, or EEVEE's approximation."""
     build, normal = _Builder(tree, x, y), frame["Normal"]
     fresnel = build.node("ShaderNodeFresnel", {"IOR": walk.surface, "Normal": normal})
     share = build.math("MULTIPLY", inputs["Strength"], build.math("SUBTRACT", 1.0, fresnel.outputs[0]))
@@ -219,7 +212,6 @@ def _fill_lobe(tree: bpy.types.NodeTree, kind: Kind, names: tuple[str, ...]) -> 
 
 
 def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> Sockets:
-    """Give a new group inputs of these names and types: their sockets in it."""
     for name, kind in types.items():
         tree.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
     node = tree.nodes.new("NodeGroupInput")

@@ -1,8 +1,4 @@
-"""What measured materials are compared with, and how that is shown: properties of the scene, which slices share.
-
-The pinned material belongs to the scene, so that it stays when another material is chosen, and an asset that is saved
-does not take it along. Blender clears the pointer when the material is deleted.
-"""
+"""What measured materials are compared with, and how that is shown: properties of the scene, which slices share."""
 
 from typing import Any
 
@@ -27,7 +23,6 @@ class MeasuredComparison(bpy.types.PropertyGroup):
 
 
 def get(scene: bpy.types.Scene) -> Any:
-    """The `MeasuredComparison` of a scene."""
     return scene.measured_brdf_comparison
 
 

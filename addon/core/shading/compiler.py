@@ -30,13 +30,10 @@ class CompileError(RuntimeError):
 
 
 class Shader(NamedTuple):
-    """OSL source, what the compiler made of it, and the closure nodes of the same fit, which is kept beside them.
-
-    The bytecode is empty where this Blender was built without OSL: materials then have closure nodes alone.
-    """
+    """OSL source, what the compiler made of it, and the closure nodes of the same fit, which is kept beside them."""
 
     source: str
-    bytecode: str
+    bytecode: str               # empty where this Blender was built without OSL
     nodes: Nodes
     fit: bytes = b""            # as `Fit.to_bytes` returns it; empty where nothing will ask for it
 
@@ -57,7 +54,6 @@ def compile_shader(source: str, nodes: Nodes, fit: bytes = b"") -> Shader:
 
 
 def _bytecode(source: str) -> str:
-    """What the OSL compiler makes of source text. Raises CompileError."""
     import _cycles
 
     size = len(source.encode("utf-8"))
@@ -80,11 +76,8 @@ def _bytecode(source: str) -> str:
 
 
 def compact(text: str) -> str:
-    """The same shader in fewer characters.
-
-    Variables get short names, the shortest where they are used most; parameters keep theirs, and so do structures.
-    Numbers of tables are rounded to _FIGURES figures, which is an error of at most 5e-7.
-    """
+    """The same shader in fewer characters: variables get short names, the shortest where they are used most; parameters
+    and structures keep theirs. Numbers of tables are rounded, by at most 5e-7."""
     text = _LONG_TABLE.sub(lambda table: table[0].replace(table[1], _round_table(table[1])), _NOT_NEEDED.sub("", text))
     variables = set(_VARIABLE.findall(text))
     counts = Counter(word for word in _BYTECODE_WORD.findall(text) if word in variables)

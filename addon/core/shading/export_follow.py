@@ -1,7 +1,7 @@
 """Keeps what is exported of measured materials as they are set, and says at an export what is lost.
 
-No exporter asks before it begins, so the exported surface follows each change: at once in scripts, and in a window when
-the change rests, for a write makes renderers look at the material again.
+No exporter asks before it begins, so the exported surface follows each change: at once in scripts, in a window when the
+change rests, since a write makes renderers look at the material again.
 """
 
 from collections.abc import Iterator

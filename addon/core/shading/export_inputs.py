@@ -11,6 +11,7 @@ from ....fitter.arrays import FloatArray
 from ....fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb, luminance
 from ....fitter.imaging.pictures import srgb
 from ..annotations import not_none
+from ..blender.node_trees import displayed_name
 from ..blender.previews import image_pixels
 from ..storage.reading import scene_colours
 
@@ -35,7 +36,6 @@ class Picture(NamedTuple):
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """Identifies what it shows."""
         image: Any = self.node.image
         return image.name, tuple(image.size), self.output, self.is_grey, self.placement
 
@@ -68,13 +68,13 @@ def read(socket: bpy.types.NodeSocket) -> Product:
         product = Product(first.constant * second.constant, first.pictures + second.pictures)
     else:
         raise ValueError(f"{socket.name}: a constant, an image or their product is exported, and not what the node "
-                         f"{node.label or node.name} makes")
+                         f"{displayed_name(node)} makes")
     return _as_number(socket, product) if socket.type == "VALUE" else product
 
 
 def texels(pictures: Sequence[Picture], size: int = 0) -> dict[Picture, FloatArray]:
-    """The linear values of pictures in the open file's colour space: (height, width, 3), of `size` by `size` or of the
-    size of the largest one; of those that lie otherwise than the first, their mean, (3,)."""
+    """The linear values of pictures in the open file's colour space, (height, width, 3), of `size` by `size` or as the
+    largest; of those that lie otherwise than the first the mean, (3,)."""
     largest = np.max([each.node.image.size for each in pictures], axis=0)
     height, width = (size, size) if size else np.minimum(largest, LARGEST)[::-1]
     values = {each: _linear(each, height, width) for each in pictures}
@@ -101,8 +101,7 @@ def linear_colours(image: bpy.types.Image, stored: FloatArray) -> FloatArray:
 
 
 def stored_colours(linear: FloatArray) -> FloatArray:
-    """What an image of 8 bits stores of linear colours in the open file's space, (..., 3): the inverse of
-    `linear_colours`."""
+    """The inverse of `linear_colours`, for an image of 8 bits: (..., 3)."""
     return srgb(linear @ conversion(scene_colours() or DEFAULT_COLOURS, DEFAULT_COLOURS).T)
 
 

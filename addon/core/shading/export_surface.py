@@ -1,8 +1,7 @@
 """The surface of a measured material in other programs: a Principled BSDF that exporters find, and renderers never see.
 
-It has a Material Output of its own, for all renderers. Cycles and EEVEE prefer the outputs that are made for them, and
-whoever asks for any output gets this one: MaterialX, and glTF, which takes the active output. USD takes the first
-Principled BSDF of a material, OBJ and FBX one that is linked to an output. None looks for it inside of a group.
+It has a Material Output for all renderers. Cycles and EEVEE prefer those that are made for them; MaterialX and glTF
+take this one, USD the first Principled BSDF of a material, OBJ and FBX one that is linked to an output.
 
 How bright highlights are is a level in glTF and MaterialX, which follow links to Value nodes. In the preview of USD,
 which takes what an input has without its link, as OBJ does, it is an index of refraction.
@@ -12,6 +11,7 @@ mix, the products are baked: of the four formats glTF alone has a factor beside 
 """
 
 from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import bpy
@@ -22,6 +22,7 @@ from ....fitter.colours import DEFAULT_COLOURS, conversion
 from ....fitter.cycles.principled_bsdf import DIELECTRIC, Principled
 from ....fitter.optics.fresnel import reflectance_to_index
 from ..annotations import not_none
+from ..blender.node_trees import displayed_name
 from ..storage.outcomes import Surface
 from ..storage.reading import scene_colours
 from . import export_inputs, mixing, node_group
@@ -42,6 +43,7 @@ _INPUTS_OF_USD = ((_LEVEL_INPUT, 0.5), ("IOR", 1.5))      # where links are not 
 NOT_EVERYWHERE = "In "                  # how a loss begins that not all formats have
 _HUE = 0.05                             # of a tint, largest less smallest over largest: less is grey
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
+_MOST_REFLECTED = 0.996                 # along the normal, by an index of 1000, which is the most that Blender takes
 _SMOOTH_ROUGHNESS = 0.3                 # roughness below which reflections are seen as such
 
 _Read = Callable[[bpy.types.NodeSocket], FloatArray]
@@ -49,12 +51,8 @@ _Values = dict[str, Any]
 
 
 def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface) -> None:
-    """Set the Principled BSDF that is exported, with an output of its own, to the closest one to the data, and the
-    colour in the Solid viewport; both as the inputs of `node`, the measured group's, change it.
-
-    The material must have outputs for Cycles and for EEVEE. One for all renderers that the user has made stays as it
-    is, and is what is exported.
-    """
+    """Set the Principled BSDF that is exported to the closest one to the data, and the colour in the Solid viewport,
+    both as the inputs of `node`, the measured group's, change it. The user's own output for all renderers stays."""
     albedo = scene_color(surface, surface.albedo)
     material.diffuse_color, material.roughness = (*albedo, 1), surface.principled.roughness
     material.metallic = 0           # the Solid viewport has next to nothing for metals to reflect
@@ -68,23 +66,23 @@ def update(material: bpy.types.Material, node: bpy.types.Node, surface: Surface)
 
 def mix(material: bpy.types.Material, node: bpy.types.Node) -> None:
     """Make the Principled BSDF of a mix that `node` shows, between those of its materials."""
-    if _blend_values(node, material, lambda socket: _product(socket).constant):
+    if _blend_values(node, material, partial(_read, seen={})):
         _export_node(not_none(material.node_tree))
         follow(material, node)
 
 
 def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = False) -> None:
-    """Have the Principled BSDF of a material, and its colour in the Solid viewport, follow what is set at `node`, or
-    is connected to it, and the materials that it mixes. `again` where images have changed."""
+    """Have the exported surface of a material, and its colour in the Solid viewport, follow what is set at `node`,
+    connected to it, and the materials that it mixes. `again` where images have changed."""
     tree = not_none(material.node_tree)
     export = _node(tree)
     if export is None:
         return
     _follow_normal(tree, node, export)
     _follow_displacement(tree, export)
-    products = _products(node)
-    key = repr((_blend_values(node, material, lambda socket: _factor(socket, products, {})),
-                [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
+    products = [_product(socket) for socket in _factors(node)]
+    key = repr((_blend_values(node, material, partial(_read, seen={})),
+                [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products],
                 _list_losses(node)))
     if key == export.get(_EXPORT_KEY) and not again:
         return
@@ -113,24 +111,15 @@ def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
              fitted: Callable[[bpy.types.Material], _Values] | None = None) -> Evaluated:
     """What is exported of what `node` shows, the measured group's or a mix's: at the texels of the largest image, or at
     `size` by `size`. Instead of the closest Principled BSDF, `fitted` returns the values of a material's fit."""
-    products = _products(node)
-    pictures = list(dict.fromkeys(picture for each in products.values() for picture in each.pictures))
-    seen = export_inputs.texels(pictures, size) if pictures else {}
-
-    def read(socket: bpy.types.NodeSocket) -> FloatArray:
-        return _factor(socket, products, seen)
-
+    pictures = list(dict.fromkeys(picture for socket in _factors(node) for picture in _product(socket).pictures))
+    read: _Read = partial(_read, seen=export_inputs.texels(pictures, size) if pictures else {})
     values, lost, tint = _blend_values(node, material, read, fitted), _list_losses(node), np.ones(3)
     for name in ("Tint", "Strength"):
         tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
+    tint = np.maximum(tint, 0)              # as renderers take it
     if values:
         _multiply(values, tint, lost)
     return Evaluated(values, tint, read, lost, pictures[0].node if pictures else None)
-
-
-def _products(node: bpy.types.Node) -> dict[int, Product]:
-    """What is read of the inputs that change what is exported, by their places in memory."""
-    return {socket.as_pointer(): _product(socket) for socket in _factors(node)}
 
 
 def losses(material: bpy.types.Material) -> list[str]:
@@ -156,7 +145,6 @@ def uses_images(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bo
 
 
 def is_reflective(material: bpy.types.Material) -> bool:
-    """Whether a measured material shows what is around it, as metals and smooth surfaces do."""
     export = _node(not_none(material.node_tree))
     fitted = {} if export is None else dict(export.get(_FITTED, {}).items())
     return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH_ROUGHNESS
@@ -198,9 +186,9 @@ def _product(socket: bpy.types.NodeSocket) -> Product:
         return ONE if socket.name in ("Tint", "Strength") else Product(np.full(3, socket.default_value))
 
 
-def _factor(socket: bpy.types.NodeSocket, products: dict[int, Product], seen: dict[Picture, FloatArray]) -> FloatArray:
+def _read(socket: bpy.types.NodeSocket, seen: dict[Picture, FloatArray]) -> FloatArray:
     """The value of an input, (3,) or (height, width, 3); pictures that have not been looked up count 1."""
-    product = products[socket.as_pointer()]
+    product = _product(socket)
     value = product.constant
     for picture in product.pictures:
         value = value * seen.get(picture, 1.0)
@@ -249,11 +237,8 @@ def _socket(export: bpy.types.Node, name: str) -> Any:
 
 
 def _multiply(values: _Values, factor: FloatArray, lost: list[str]) -> None:
-    """Multiply all that a surface reflects; `lost` gets what of it exceeds 1, or is not in all files.
-
-    How bright highlights are is in their level, and their hue in the tint, which glTF and MaterialX have. The tint of a
-    metal is that of its edge, which no level changes.
-    """
+    """Multiply all that a surface reflects; `lost` gets what of it exceeds 1, or is not in all files."""
+    # of highlights brightness is in their level, and hue in the tint; that of a metal is of its edge, without a level
     grey = (factor @ export_inputs.grey_weights())[..., None]
     brightest = factor.max(axis=-1, keepdims=True) ** (1 - values["Metallic"])
     values["Specular Tint"] = np.divide(1.0, brightest, out=np.ones_like(brightest), where=brightest > 0) * np.ones(3)
@@ -293,7 +278,7 @@ def _list_losses(node: bpy.types.Node) -> list[str]:
     source = None if normal is None else normal_map(normal)
     if normal is not None and normal.is_linked and source is None:
         lost.append("Normal: a Normal Map node in tangent space is exported, and not "
-                    f"{not_none(normal.links)[0].from_node.name}")
+                    f"{displayed_name(not_none(not_none(normal.links)[0].from_node))}")
     elif source is not None and source.node.inputs["Strength"].default_value != 1:
         lost.append(f"{NOT_EVERYWHERE}USD the normal map has a Strength of 1")
     if "Tangent" in node.inputs:
@@ -335,8 +320,7 @@ def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> No
 
 def _follow_link(tree: bpy.types.NodeTree, target: bpy.types.NodeSocket, wanted: bpy.types.NodeSocket | None,
                  before: str) -> bool:
-    """Connect an input to what is wanted, in the place of a link from the node `before`; the user's own stay. Whether
-    there is a new link."""
+    """Connect an input to what is wanted, in the place of a link from the node `before` alone: whether it is new."""
     for link in not_none(target.links):
         if link.from_node.name == before and link.from_socket != wanted:
             tree.links.remove(link)
@@ -348,13 +332,12 @@ def _follow_link(tree: bpy.types.NodeTree, target: bpy.types.NodeSocket, wanted:
 
 def _bake(material: bpy.types.Material, export: bpy.types.Node, values: _Values,
           placed: bpy.types.Node | None) -> None:
-    """Connect textures of what varies over the surface, laid onto it as the image of `placed` is; remove the others.
-    What a texture says is 1 in the input: OBJ multiplies them."""
+    """Connect textures of what varies over the surface, laid onto it as the image of `placed` is; remove the others."""
     tree = not_none(material.node_tree)
     color = values["Base Color"] if values["Base Color"].ndim == 3 else None
     if _fill(tree, BASE_COLOR, f"{material.name} base color", color, placed, is_data=False):
         _connect(tree, tree.nodes[BASE_COLOR].outputs["Color"], export.inputs["Base Color"])
-        values["Base Color"] = np.ones(3)
+        values["Base Color"] = np.ones(3)       # OBJ multiplies both
     varying = [values[name] for name in ("Roughness", "Metallic")]
     packed = None
     if any(each.ndim == 3 and np.ptp(each) > _VISIBLE for each in varying):
@@ -372,8 +355,7 @@ def _bake(material: bpy.types.Material, export: bpy.types.Node, values: _Values,
 
 def _fill(tree: bpy.types.NodeTree, name: str, called: str, picture: FloatArray | None, placed: bpy.types.Node | None,
           is_data: bool) -> bool:
-    """Give an Image Texture node of a name an image of its own, packed into the file; remove both where `picture`,
-    (height, width, 3) linear, is None: whether there is one."""
+    """Give an Image Texture node of a name a packed image, (height, width, 3), or remove both: whether it has."""
     texture: Any = tree.nodes.get(name)
     if texture is not None and texture.image is not None:
         former = texture.image
@@ -428,7 +410,8 @@ def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
     # UsdPreviewSurface has no level: an index alone tells how bright highlights are
     if all(_socket(node, name) != node.inputs[name] for name, _ in _INPUTS_OF_USD):
         level = np.array(_socket(node, _LEVEL_INPUT).default_value)
-        node.inputs["IOR"].default_value = float(reflectance_to_index(2 * DIELECTRIC * level))
+        reflected = np.minimum(2 * DIELECTRIC * level, _MOST_REFLECTED)
+        node.inputs["IOR"].default_value = float(reflectance_to_index(reflected))
 
 
 def _set_solid(material: bpy.types.Material, export: bpy.types.Node, albedo: Any) -> None:

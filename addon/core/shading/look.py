@@ -1,7 +1,6 @@
 """Renders a material with Cycles on a sphere or a shader ball, in a studio, under a sky, or in a given world.
 
-Meshes are made here: the zip holds no binary. All are surfaces of revolution about their Z axis, from which anisotropic
-materials take their direction.
+All are surfaces of revolution about their Z axis, from which anisotropic materials take their direction.
 """
 
 import errno
@@ -98,11 +97,8 @@ def pictures(folder: Path, count: int) -> list[SingleArray]:
 
 
 def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: int, samples: int) -> bpy.types.Scene:
-    """Make a scene to look at materials in, for `render`.
-
-    Shape and lighting are of `SHAPES` and `LIGHTINGS`, of which WORLD takes a world; `size` is in pixels on a side,
-    `samples` per pixel.
-    """
+    """A scene to look at materials in, for `render`: one of `SHAPES` and of `LIGHTINGS`, of which WORLD takes a world;
+    pixels on a side, and samples per pixel."""
     scene = bpy.data.scenes.new(_LOOK_NAME)
     osl_support.enable(scene)
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
@@ -123,8 +119,10 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
         _add(scene, _FLOOR_NAME, _backdrop() if lighting == STUDIO else _floor(
             [(-_EXTENT, -_EXTENT, 0), (_EXTENT, -_EXTENT, 0), (_EXTENT, _EXTENT, 0), (-_EXTENT, _EXTENT, 0)],
             [(0, 1, 2, 3)]))
-    if lighting == STUDIO:
-        _add_lights(scene)
+    for place, width, power in _SCENE_LIGHTS if lighting == STUDIO else ():
+        light = bpy.data.lights.new(_LOOK_NAME, "AREA")
+        light.shape, light.size, light.energy = "DISK", width, power
+        _add_aimed(scene, light, place, 1)
     camera = bpy.data.cameras.new(_LOOK_NAME)
     height, camera.lens = (1.12, 112) if shape == BALL else (1.0, 122)      # that it looks at, and mm
     scene.camera = _add_aimed(scene, camera, _CAMERA[lighting], height)
@@ -132,8 +130,7 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
 
 
 def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> SingleArray:
-    """Render a material in a scene of `scene_for` into a .png: (size, size, 4), sRGB, the bottom row first. OSError if
-    the picture cannot be written.
+    """Render a material in a scene of `scene_for` into a .png: (size, size, 4), sRGB, the bottom row first, or OSError.
     """
     for item in scene.objects:
         if item.name.startswith(_SUBJECT):
@@ -251,13 +248,6 @@ def _add_aimed(scene: bpy.types.Scene, data: bpy.types.Light | bpy.types.Camera,
     return item
 
 
-def _add_lights(scene: bpy.types.Scene) -> None:
-    for place, size, power in _SCENE_LIGHTS:
-        light = bpy.data.lights.new(_LOOK_NAME, "AREA")
-        light.shape, light.size, light.energy = "DISK", size, power
-        _add_aimed(scene, light, place, 1)
-
-
 def _world(color: tuple[float, float, float, float], strength: float) -> tuple[bpy.types.World, bpy.types.Node]:
     """An even world, and the node that makes it."""
     world = bpy.data.worlds.new(_LOOK_NAME)
@@ -278,7 +268,6 @@ def _sky() -> bpy.types.World:
 
 def _add_surface(owner: bpy.types.Material | bpy.types.World, kind: str, output: str,
                  color: tuple[float, float, float, float]) -> bpy.types.Node:
-    """Give a new material or world one node of a colour, at its output: that node."""
     tree = use_nodes(owner)
     tree.nodes.clear()
     node, end = tree.nodes.new(f"ShaderNode{kind}"), tree.nodes.new(f"ShaderNode{output}")

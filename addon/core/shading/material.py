@@ -10,13 +10,13 @@ import numpy as np
 from ....fitter.cycles.bake import SHADER_VERSION
 from ....fitter.shader_constants import MOST_MIXED
 from .. import versions
-from ..annotations import not_none
+from ..annotations import as_text, not_none
 from ..blender import followers
 from ..blender.node_trees import list_upstream, use_nodes
 from ..blender.transaction import new_data_removed_on_error, restored_on_error
 from ..storage import edits, reading
 from ..storage.outcomes import Outcome, Surface
-from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
+from ..storage.properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, fit_arguments
 from . import export_surface, mixing, node_group
 from .compiler import Shader, compile_surface
 
@@ -68,11 +68,8 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
 
 @contextmanager
 def _replacement(materials: Sequence[bpy.types.Material], context: bpy.types.Context) -> Iterator[None]:
-    """Have mixes, and whoever follows, know of the groups that the block gives to materials; if either fails, all stay
-    as they were.
-
-    Groups that nothing uses any more are removed.
-    """
+    """Have mixes, and whoever follows, know of the groups that the block gives to materials, and remove those that
+    nothing uses any more; if any fails, all stay as they were."""
     former = [_group(item) for item in materials]
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
@@ -115,7 +112,6 @@ def _group(material: bpy.types.Material) -> bpy.types.NodeTree | None:
 
 
 def mix_node(material: bpy.types.Material) -> bpy.types.Node | None:
-    """The first node of a material that mixes measured materials, or None."""
     return next((node for node in _list_groups(material.node_tree) if mixing.mixes.is_mix(node.node_tree)), None)
 
 
@@ -125,18 +121,15 @@ def surface_node(material: bpy.types.Material) -> bpy.types.Node | None:
 
 
 def is_shown(material: bpy.types.Material) -> bool:
-    """Whether a material has a measured BRDF to show, or a mix of some."""
     return surface_node(material) is not None
 
 
 def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
-    """All nodes of a material that hold a measured BRDF."""
     return [node for node in _list_groups(material.node_tree)
             if node_group.script_node(not_none(node.node_tree)) is not None]
 
 
 def _list_groups(tree: bpy.types.NodeTree | None) -> list[bpy.types.Node]:
-    """The nodes of a tree that hold a group."""
     nodes = () if tree is None else tree.nodes
     return [node for node in nodes if node.type == "GROUP" and node.node_tree is not None]
 
@@ -199,19 +192,16 @@ def tangent_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
 
 
 def is_measured(material: bpy.types.Material) -> bool:
-    """Whether a material shows a finished fit."""
     return bool(material.measured_brdf.coefficients) and group_node(material) is not None
 
 
 def is_outdated(material: bpy.types.Material) -> bool:
-    """Whether an older version of the extension made the shader of a measured material."""
     node = group_node(material)
     return node is not None and node_group.version(node.node_tree) < SHADER_VERSION
 
 
 def is_as_made(material: bpy.types.Material) -> bool:
-    """Whether a measured material of this file is as an import makes it: nothing is adjusted, set at its node, or
-    connected to it."""
+    """Whether a material of this file is as an import makes it: nothing is adjusted, or set at its node."""
     node = group_node(material)
     if node is None or not is_measured(material) or material.library is not None or is_outdated(material):
         return False
@@ -224,10 +214,7 @@ def is_as_made(material: bpy.types.Material) -> bool:
 
 
 def show(material: bpy.types.Material, tree: bpy.types.NodeTree) -> bpy.types.Node:
-    """Replace the measured group of a material, or connect a new one to its surface: the node.
-
-    What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
-    """
+    """Replace the measured group of a material, or connect a new one to its surface: the node."""
     own_tree = not_none(material.node_tree)
     nodes = own_tree.nodes
     node, output = group_node(material), own_tree.get_output_node("CYCLES")
@@ -248,8 +235,7 @@ def show(material: bpy.types.Material, tree: bpy.types.NodeTree) -> bpy.types.No
 
 
 def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
-    """Give EEVEE an output of its own, unless the user has made one, or mixes the measured BRDF with something else:
-    EEVEE then shows what Cycles has without OSL."""
+    """Give EEVEE an output of its own, unless the user has, or mixes the measured BRDF with something else."""
     eevee = next((each for each in tree.nodes if each.type == "OUTPUT_MATERIAL" and each.target == "EEVEE"), None)
     if eevee is None:
         shown = [link.from_node for link in cycles.inputs["Surface"].links]
@@ -265,7 +251,6 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
 
 
 def _show_surface(material: bpy.types.Material, surface: Surface, shader: Shader) -> bpy.types.Node:
-    """Give a material a surface, in every renderer and in exports: its node."""
     node = show(material, node_group.find_or_create(shader, material.name, unlike=_group(material)))
     export_surface.update(material, node, surface)
     return node

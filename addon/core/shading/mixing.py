@@ -10,18 +10,15 @@ class Mixes:
 
     def mix(self, _first: bpy.types.Material, _second: bpy.types.Material, _factor: float,
             _mask: bpy.types.Image | None, _context: bpy.types.Context, /) -> bpy.types.Material:
-        """Make a material that mixes two, by a factor or by the brightness of an image. ValueError where nothing mixes.
-        """
+        """Make a material that mixes two, by a factor or by the brightness of an image."""
         raise ValueError("The part of the extension that mixes materials is not there")
 
     @staticmethod
     def is_mix(_tree: bpy.types.NodeTree | None, /) -> bool:
-        """Whether a node group is a mix."""
         return False
 
     @staticmethod
     def count(_tree: bpy.types.NodeTree, /) -> int:
-        """How many measured BRDFs a mix holds."""
         return 0
 
     def parts(self, _node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:

@@ -1,10 +1,8 @@
 """The node group `Measured BRDF`: a baked shader in an INTERNAL script node, and closure nodes for other renderers.
 
-The script node is connected to the scene's lamp group. The .blend holds bytecode, so rendering needs no other file, and
-the fit, of which another shader can be made; it does not hold the source. Which of the two shows needs no extension
-either: a factor comes from an output of the script node, which Cycles makes only where it renders with OSL. Elsewhere
-that link is dropped, and the factor has its own value, 0: the closure nodes. EEVEE has an output of its own, because it
-renders fewer kinds of closures.
+The .blend holds bytecode, and the fit, of which another shader can be made. Which of the two shows is a factor from an
+output of the script node, which Cycles makes only where it renders with OSL; elsewhere that link is dropped, and the
+factor has its own value, 0: the closure nodes. EEVEE has an output of its own, as it has fewer kinds of closures.
 """
 
 import math
@@ -39,8 +37,6 @@ _FIT = "fit"                        # custom property of the group: bytes
 _BYTES_PROPERTY = "bytes_in_file"   # custom properties of the group, which tell whether a user has changed it
 _HASH = "bytecode_hash"
 _VERSION_PROPERTY = "shader_version"  # custom property of the group
-
-
 # what Blender 5.0 writes beside their values, in bytes
 _NODE, _SOCKET, _LINK = 500, 640, 88
 _MATERIAL = 80_000          # of the material that has the group
@@ -49,21 +45,15 @@ _SAME_ERRORS = 1e-4         # of errors, relative: the same mixture is not the s
 
 
 def find_or_create(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
-    """A node group of this file, other than `unlike`, that renders the same fit with the same version of the shader;
-    else a new one.
-
-    One in which a user has compiled another shader, or has added or removed something, is not shared. Raises as
-    `create` does.
-    """
+    """A node group of this file, other than `unlike`, that renders the same fit with the same version of the shader, as
+    it was made; else a new one. Raises as `create` does."""
     alike = (tree for tree in bpy.data.node_groups
              if tree.library is None and tree != unlike and _renders(tree, shader))
     return next(alike, None) or create(shader, name)
 
 
 def create(shader: Shader, name: str = GROUP_NAME) -> bpy.types.NodeTree:
-    """Make a node group of a name that renders with a shader. Raises CompileError if this Blender cannot compile it;
-    the file then stays as it was.
-    """
+    """Make a node group that renders with a shader; on CompileError the file stays as it was."""
     with new_data_removed_on_error():
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
         _fill(tree, shader)
@@ -77,8 +67,7 @@ def create(shader: Shader, name: str = GROUP_NAME) -> bpy.types.NodeTree:
 
 
 def bytes_in_file(tree: bpy.types.NodeTree) -> int:
-    """About how many bytes a group that `create` made takes in a .blend without compression, less the lamps, which all
-    groups share; 0 where it is not known."""
+    """About how many bytes a group takes in a .blend without compression; 0 where it is not known."""
     stored = tree.get(_BYTES_PROPERTY)
     return stored if isinstance(stored, int) else 0
 
@@ -108,14 +97,12 @@ def _errors(nodes: Nodes) -> dict[str, float]:
 
 
 def make(fit: Fit) -> bpy.types.NodeTree:
-    """Make a node group that renders a fit. Raises as `create` does."""
     nodes = node_mixtures(fit)
     return create(compile_shader(bake(fit, mixture=nodes.cycles), nodes, fit.to_bytes()))
 
 
 def unused_groups(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """The group and the groups that it shared with others, if nothing uses them; empty for a group in use, and for
-    None."""
+    """The group and the groups that it shared with others, if nothing uses them; empty for a group in use, or None."""
     # user counts will not do: Blender 4.2 counts the groups of copied materials twice
     if tree is None or bpy.data.user_map(subset=[tree])[tree] or tree.use_fake_user:
         return []
@@ -135,15 +122,11 @@ def kept_fit(tree: bpy.types.NodeTree) -> bytes:
 
 
 def is_compiled(tree: bpy.types.NodeTree) -> bool:
-    """Whether a group that `create` made has a shader for OSL, beside its closure nodes."""
     return len(not_none(script_node(tree)).outputs) > 0
 
 
 def version(tree: bpy.types.NodeTree) -> int:
-    """The version of the shader in a group that `create` made, comparable with `bake.SHADER_VERSION`.
-
-    It is 0 for a shader that is still to be compiled, in a Blender that can.
-    """
+    """The version of a group's shader, as `bake.SHADER_VERSION`; 0 for one to be compiled, in a Blender that can."""
     stored, is_made = tree.get(_VERSION_PROPERTY), is_compiled(tree) or bool(osl_support.reason_unavailable())
     return stored if isinstance(stored, int) and is_made else 0
 
@@ -188,11 +171,8 @@ def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
 
 def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node,
              names: dict[str, str]) -> None:
-    """Connect the inputs of the script node: names are {input of the group: parameter of the shader}.
-
-    It is collapsed, and so are the lamps: the links between them are many.
-    """
-    script.hide = True
+    """Connect the inputs of the script node: names are {input of the group: parameter of the shader}."""
+    script.hide = True                          # as are the lamps: the links between them are many
     if _MESH_TANGENT in script.inputs:
         mesh = tree.nodes.new("ShaderNodeNewGeometry")
         mesh.location = -300, -100
@@ -260,20 +240,13 @@ def _add_tangent(tree: bpy.types.NodeTree, is_anisotropic: bool) -> list[str]:
 
 
 def _store(node: bpy.types.Node, shader: Shader) -> None:
-    """Store a compiled shader in a script node.
-
-    A script node gets its sockets by compiling. So the node first compiles an empty shader of the same parameters,
-    which takes 10 ms instead of 150.
-    """
+    # it gets its sockets by compiling: an empty shader of the same parameters takes 10 ms instead of 150
     compile_node(node, interface(shader.source))
     node.bytecode, node.bytecode_hash = shader.bytecode, shader.bytecode_hash
 
 
 def compile_node(node: bpy.types.Node, source: str) -> None:
-    """Give a script node in INTERNAL mode a small shader with an output `Active`, of which it keeps the bytecode alone.
-
-    Raises CompileError.
-    """
+    """Give a script node in INTERNAL mode a small shader with an output `Active`. Raises CompileError."""
     from cycles import osl
 
     errors: list[str] = []

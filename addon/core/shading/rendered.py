@@ -1,7 +1,7 @@
 """How measured materials are rendered in a scene: exactly or by closure nodes; and why, where nodes stand in.
 
-Which it is follows from the engine, the device and the settings of a scene, without any work of the extension
-(`node_group`). This module tells it, to the panel and, when a render begins without a window, to the console.
+Which it is follows from the engine, the device and the settings of a scene, without the extension (`node_group`). This
+module tells the panel and, when a render begins without a window, the console.
 """
 
 import math

@@ -1,7 +1,6 @@
 """Where the direction of an anisotropic material comes from on a mesh, and whether that is of use there.
 
-Without a link to the group's input Tangent, Cycles takes the direction around the object's Z axis, as a lathe leaves
-it. On other shapes a UV map has to say it.
+Without a link to the input Tangent, Cycles takes that around the object's Z axis, as a lathe leaves it.
 """
 
 from collections.abc import Iterator
@@ -61,7 +60,6 @@ def has_uv(mesh: bpy.types.Mesh, name: str = "") -> bool:
 
 
 def take_from_uv(material: bpy.types.Material) -> None:
-    """Let the direction of an anisotropic material be that of the rendered UV map."""
     tree, group = not_none(material.node_tree), not_none(materials.surface_node(material))
     node: Any = tree.nodes.new("ShaderNodeTangent")
     node.direction_type = "UV_MAP"
@@ -70,7 +68,6 @@ def take_from_uv(material: bpy.types.Material) -> None:
 
 
 def take_around_axis(material: bpy.types.Material) -> None:
-    """Let the direction of an anisotropic material be that around the object's Z axis."""
     tree, socket = not_none(material.node_tree), not_none(materials.tangent_input(material))
     for link in list(not_none(socket.links)):
         tree.links.remove(link)

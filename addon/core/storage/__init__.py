@@ -1,4 +1,1 @@
-"""What a .blend stores of a measured material: properties, paths, edits, and the import results that become them.
-
-It imports `blender` alone; lamps, shading and libraries import it.
-"""
+"""What a .blend stores of a measured material: properties, paths, edits, and the import results that become them."""

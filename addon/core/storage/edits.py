@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import bpy
 
-from ..annotations import Arguments
-from .properties import as_text
+from ..annotations import Arguments, as_text
 
 edit_sources: list[Callable[[bpy.types.Material], Arguments]] = []
 """Functions that return keyword arguments of `fitter.edited` for a material."""
@@ -29,5 +28,4 @@ def edit_arguments(material: bpy.types.Material) -> Arguments:
 
 
 def is_as_wanted(material: bpy.types.Material) -> bool:
-    """Whether the shader of a material has been edited as is wanted."""
     return (material.measured_brdf.adjusted or as_text({})) == as_text(edit_arguments(material))

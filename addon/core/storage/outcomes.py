@@ -1,7 +1,6 @@
 """The results of the background processes, which materials are made from. Nothing here imports bpy."""
 
 import hashlib
-import json
 from typing import NamedTuple
 
 from ....fitter import ErrorMetrics, Fit
@@ -10,12 +9,11 @@ from ....fitter.cycles.node_mixture import Nodes
 from ....fitter.cycles.principled_bsdf import Principled
 from ....fitter.quality import verdict
 from ....fitter.quality.describe import Description
-from ..annotations import Arguments
+from ..annotations import Arguments, as_text
 
 
 class Measurement(NamedTuple):
-    """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
-    """
+    """Measurements in a file, which each process reads for itself."""
 
     path: str
     sample: str
@@ -38,13 +36,12 @@ class Data(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A fit, its errors at its samples, the time it took, and its `verdict.lightness_error` at samples that it had
-    not seen."""
+    """A fit, and how it was made."""
 
     fit: Fit
-    errors: ErrorMetrics
+    errors: ErrorMetrics    # at its samples
     seconds: float
-    unseen: float = verdict.UNKNOWN
+    unseen: float = verdict.UNKNOWN     # `verdict.lightness_error` at samples that it had not seen
 
 
 class EmbeddedFit(NamedTuple):
@@ -68,11 +65,10 @@ class FitRequest(NamedTuple):
 
     @property
     def digest(self) -> str:
-        return f"{self.data.digest} {json.dumps(self.arguments, sort_keys=True)}"
+        return f"{self.data.digest} {as_text(self.arguments)}"
 
     @property
     def colours(self) -> str:
-        """One of `colours.COLOURS`."""
         return self.data.measured.colours
 
 
@@ -89,7 +85,6 @@ class KeptMix(NamedTuple):
 
     @property
     def colours(self) -> str:
-        """One of `colours.COLOURS`."""
         return self.first.colours
 
 

@@ -1,8 +1,7 @@
 """The files that a .blend names: relative to it (`//`), where it is saved and both share a folder of their own.
 
-In an open file paths may be either; `absolute` resolves them. They become relative when the file is saved, and stay
-right when it is saved elsewhere, or a material is appended to another file (since Blender 4.3; before, it must be
-relinked). Blender itself looks after the paths of images.
+They become relative when the file is saved, and stay right when it is saved elsewhere, or a material is appended to
+another file (since Blender 4.3). Blender itself looks after the paths of images.
 """
 
 import os
@@ -37,8 +36,7 @@ def absolute(material: bpy.types.Material) -> str:
 
 
 def relative(path: str, folder: str) -> str:
-    """A path as it is told from a folder; as it is where the only folder that both are in is that of all users, or the
-    whole disk: it would tell the same names."""
+    """A path as it is told from a folder; whole where both share no folder but that of all users, or the disk."""
     if path.startswith(_BLEND) or not os.path.isabs(path):
         return path
     try:
@@ -57,10 +55,8 @@ def forget(path: str) -> str:
 
 def stored_paths() -> Iterator[Place]:
     """The paths that the open file keeps, and may change."""
-    for material in bpy.data.materials:
-        yield from _paths_of_item(material)
-    for scene in bpy.data.scenes:
-        yield from _paths_of_item(scene)
+    for item in (*bpy.data.materials, *bpy.data.scenes):
+        yield from _paths_of_item(item)
 
 
 def _paths_of_item(item: bpy.types.ID) -> Iterator[Place]:

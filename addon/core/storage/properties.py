@@ -18,7 +18,7 @@ from ....fitter.methods.presets import PRESET_DESCRIPTIONS
 from ....fitter.model import published
 from ....fitter.quality import verdict
 from ....fitter.quality.verdict import UNKNOWN
-from ..annotations import Arguments
+from ..annotations import Arguments, as_text
 from .paths import RELATIVE_PATHS
 
 NO_SPECULAR_LEVEL = -1
@@ -50,10 +50,7 @@ Choices = Any               # `FitChoices`, or a SimpleNamespace that copies one
 
 
 def _use_levels_of_preset(choices: Any, _context: bpy.types.Context) -> None:
-    """A preset that is chosen in a dialog, or that a script gives to an operator, brings its levels.
-
-    Scripts give a material its preset and its levels in any order.
-    """
+    """Of an operator, a preset brings its levels; scripts give a material its preset and its levels in any order."""
     if isinstance(choices, bpy.types.OperatorProperties):
         choices.use_tolerance = False
         _use_levels(choices, choices.preset)
@@ -65,10 +62,7 @@ def _use_nodes_for_fast(choices: Any, _context: bpy.types.Context) -> None:
 
 
 class FitChoices:
-    """The properties of `Choices`, shared by the import operators and the material.
-
-    A mix-in: Blender collects the annotations of the class that is registered and of its bases.
-    """
+    """A mix-in for the import operators and the material: the properties of `Choices`."""
 
     filepath: StringProperty(
         name="File", subtype="FILE_PATH", options=RELATIVE_PATHS,
@@ -123,7 +117,6 @@ def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
 
 
 def _draw_enum(layout: bpy.types.UILayout, choices: Any, name: str, keys: Sequence[str]) -> None:
-    """Draw some of the values of a property beside its name."""
     split = layout.split(factor=0.3)
     split.use_property_split = False        # Blender would split each value
     label = split.row()
@@ -149,7 +142,6 @@ def fit_arguments(choices: Choices) -> Arguments:
 
 
 def use_preset(choices: Choices, name: str) -> None:
-    """Choose a preset, with its levels."""
     choices.preset, choices.use_tolerance = name, False
     _use_levels(choices, name)
 
@@ -158,11 +150,6 @@ def _use_levels(choices: Choices, name: str) -> None:
     for level in FIT_LEVELS:
         value = _PRESET_ARGUMENTS[name][level]
         setattr(choices, level, NO_SPECULAR_LEVEL if value is None else value)
-
-
-def as_text(arguments: Arguments) -> str:
-    """Arguments of a fit as text, which a material remembers."""
-    return json.dumps(arguments, sort_keys=True)
 
 
 def fitted_arguments(settings: Any) -> Arguments | None:
@@ -175,15 +162,12 @@ def fitted_arguments(settings: Any) -> Arguments | None:
 
 
 def is_as_fitted(settings: Any, digest: str | None) -> bool:
-    """Whether another fit with a material's settings would be the one that it has.
-
-    `digest` is that of the measurements as they are read now, None where they have not been read.
-    """
+    """Whether another fit with a material's settings would be the one that it has, of measurements with this digest,
+    if it is known."""
     return settings.fitted_as == as_text(fit_arguments(settings)) and digest in (None, settings.digest)
 
 
 def label_of_fit(settings: Any) -> str:
-    """What users call a material's fit."""
     name = name_of_fit(settings)
     return _PRESET_LABELS.get(name, name)
 
@@ -240,7 +224,6 @@ def quality_summary(settings: Any) -> QualitySummary:
 
 
 def is_preset(choices: Choices, name: str) -> bool:
-    """Whether the choices are those of a preset, unchanged."""
     mine = fit_arguments(choices)
     return choices.preset == name and not choices.use_tolerance and all(
         mine[key] == value or (isinstance(value, float) and math.isclose(mine[key], value))
@@ -280,7 +263,6 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
 
 
 def default_choices(path: str) -> Choices:
-    """The choices of a new material for a file."""
     defaults = MeasuredMaterial.bl_rna.properties
     return SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": path})
 

@@ -19,11 +19,7 @@ _SAME_MATRIX = 0.01         # of the entries of two matrices to XYZ: spaces diff
 
 
 def scene_colours() -> str:
-    """The linear colour space of the open file, one of `COLOURS`; empty if it is another.
-
-    Since Blender 5.0 a file has its own; before, the OpenColorIO configuration has one for all. Colours are converted
-    from either.
-    """
+    """The linear colour space of the open file, since Blender 5.0, or of all; one of `COLOURS`, or empty."""
     axes = (Color(axis).from_scene_linear_to_xyz_d65() for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
     return _space_name(tuple((axis.r, axis.g, axis.b) for axis in axes))
 
@@ -38,13 +34,11 @@ def _space_name(axes: tuple[tuple[float, ...], ...]) -> str:
 
 
 def load_arguments(choices: Choices) -> Arguments:
-    """The keyword arguments of `fitter.load` that choices, and the open file, ask for."""
     options = {name: option.value(getattr(choices, name)) for name, option in OPTIONS.items()}
     return {**options, "colours": scene_colours() or DEFAULT_COLOURS}
 
 
 def use_reading(choices: Choices, options: Arguments) -> None:
-    """Choose the options of reading as `fitter.load` has them."""
     for name, option in OPTIONS.items():
         setattr(choices, name, option.to_stored(options.get(name, option.default)))
 

@@ -5,15 +5,11 @@ with the height-correlated visibility of E. Heitz: Understanding the Masking-Sha
 BRDFs, JCGT 3(2), 2014, and the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering,
 1994. Each channel has a diffuse reflectance kd and a reflectance F0 at normal incidence; all share a width alpha ::
 
-    f = kd + D(theta_h) F(theta_d) V(theta_i, theta_o)
-    D = alpha^2 / (pi ((alpha^2 - 1) cos^2 theta_h + 1)^2)
-    F = F0 + (1 - F0) (1 - cos theta_d)^5
+    f = kd + D(theta_h) F(theta_d) V(theta_i, theta_o),    D = alpha^2 / (pi ((alpha^2 - 1) cos^2 theta_h + 1)^2)
     V = 1 / (2 (cos theta_o L(theta_i) + cos theta_i L(theta_o))),    L = sqrt(alpha^2 + (1 - alpha^2) cos^2 theta)
 
-They are fitted to the cube root of cosine-weighted reflectance, the metric of `quality.cross_validation.cube_root`, by
-SciPy's least squares from several starts. Widths that differ by channel predict held-out samples no better (cayman .162
-by the cube root, instead of .146; the paints within .001). A fit is clipped as Standard clips itself, at 4 times the
-largest sample of each channel.
+Fitted to the cube root of cosine-weighted reflectance by SciPy's least squares from several starts. Widths that differ
+by channel predict held-out samples no better.
 """
 
 from dataclasses import dataclass
@@ -28,7 +24,7 @@ from fitter.model.transform import LEAST_OFFSET
 from fitter.quality.cross_validation import cube_root
 from fitter.samples import LARGEST_VALUE, Samples
 
-from .bounds import ceiling
+from . import ceiling
 
 _STARTS = tuple(product((0.02, 0.08, 0.25, 0.6), (0.04, 0.5)))      # alpha, F0
 _NARROWEST = 1e-3                                                   # alpha
@@ -56,16 +52,16 @@ class GGX:
 
     @property
     def coefficient_count(self) -> int:
-        """Parameters a channel, the shared one included."""
+        """Parameters a channel."""
         return 3
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the parameters and the ceilings of all channels in single precision."""
+        """Bytes of all channels in single precision."""
         return 4 * (2 * len(self.kd) + 1 + np.size(self.ceiling))
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """The BRDF, 1/sr, at most `ceiling`: angles broadcast to (...), radians, to (..., channels) float64."""
+        """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
         at = geometry(theta_i, phi_i, theta_o, phi_o)
         return np.minimum(_reflectance(_by_channel(at), self.kd, self.f0, self.alpha), self.ceiling)
 

@@ -34,7 +34,7 @@ class Koenderink:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the parameters of all channels in single precision."""
+        """Bytes of all channels in single precision."""
         return 4 * self.coefficients.size
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:

@@ -5,12 +5,8 @@ SIGGRAPH 1997. For an isotropic reflectance, with unit vectors i and o whose z i
 
     f = rho / pi + sum_k max(Cxy_k (i_x o_x + i_y o_y) + Cz_k i_z o_z, 0) ^ n_k
 
-It is the second baseline of Kameya and Lewis 2002, with three lobes, fitted channel by channel by Levenberg-Marquardt
-from several starts.
-
-A lobe with Cxy^2 > 1 or Cz > 1 grows without bound toward grazing angles, or toward the normal, where no sample holds
-it. A fit is therefore clipped as Standard clips itself: to between 0 and 4 times the largest sample of each channel.
-Hence its errors at samples that were held out are those of a model that a renderer would use.
+The second baseline of Kameya and Lewis 2002, with three lobes, fitted channel by channel by Levenberg-Marquardt from
+several starts. A lobe with Cxy^2 > 1 or Cz > 1 grows without bound where no sample holds it, so that a fit is clipped.
 """
 
 from dataclasses import dataclass
@@ -21,7 +17,7 @@ from scipy.optimize import least_squares
 from fitter.arrays import ArrayLike, FloatArray
 from fitter.samples import LARGEST_VALUE, Samples
 
-from .bounds import ceiling
+from . import ceiling
 
 LOBES = 3
 # (Cxy, Cz) of the lobes at which a search starts
@@ -60,11 +56,11 @@ class Lafortune:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the parameters and the ceilings of all channels in single precision."""
+        """Bytes of all channels in single precision."""
         return 4 * (self.coefficient_count * len(self.rho) + np.size(self.ceiling))
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """The BRDF, 1/sr, 0 to `ceiling`: angles broadcast to (...), radians, to (..., channels) float64."""
+        """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
         xy, z = (product[..., None] for product in _products(theta_i, phi_i, theta_o, phi_o))
         with np.errstate(over="ignore"):        # far from the samples a lobe may overflow
             lobes = sum(np.maximum(c_xy * xy + c_z * z, 0) ** n for c_xy, c_z, n in self.lobes)

@@ -1,18 +1,11 @@
 """A neural BRDF: a network of 675 weights that takes the half and the difference vector.
 
 A. Sztrajman, G. Rainer, T. Ritschel, T. Weyrich: Neural BRDF Representation and Importance Sampling, Computer Graphics
-Forum 40(6), 2021. The half vector h and the difference vector d of S. Rusinkiewicz: A New Change of Variables for
-Efficient BRDF Representation, Eurographics Workshop on Rendering 1998, are the input of two hidden layers of 21 units
-with a ReLU, r(x) = max(x, 0), and the output is exponential ::
-
-    f = max(exp(W3 r(W2 r(W1 (h, d) + b1) + b2) + b3) - 1, 0)
-
-It is trained as theirs, by Adam (D. P. Kingma, J. Ba: Adam: A Method for Stochastic Optimization, ICLR 2015), for the
-mean absolute difference of log(1 + f cos theta_i). They have the million samples of a MERL material; here are few.
-Hence several networks are trained from random weights, and what is kept is the network, and the moment of its
-training, with the least error of `cube_root` at a tenth of the samples, which training does not see. A fit is clipped
-as Standard clips itself, at 4 times the largest sample of each channel. It needs NumPy alone. `published` reads the
-networks that the authors trained.
+Forum 40(6), 2021: f = max(exp(W3 r(W2 r(W1 (h, d) + b1) + b2) + b3) - 1, 0) of hidden layers of 21 units, r(x) = max(x,
+0). It is trained as theirs by Adam (D. P. Kingma, J. Ba: Adam: A Method for Stochastic Optimization, ICLR 2015). They
+have the million samples of a MERL
+material; here are few. Hence several networks are trained from random weights, and what is kept is the network, and the
+moment of its training, with the least error of `cube_root` at a tenth of the samples, which training does not see.
 """
 
 import itertools
@@ -27,7 +20,7 @@ from fitter.arrays import ArrayLike, FloatArray, IntArray, SingleArray
 from fitter.quality.cross_validation import cube_root, folds
 from fitter.samples import LARGEST_VALUE, Samples
 
-from .bounds import ceiling
+from . import ceiling
 
 HIDDEN = 21
 PUBLISHED = (6, HIDDEN), (HIDDEN, HIDDEN), (HIDDEN, 3)      # weights of the layers
@@ -70,11 +63,11 @@ class Neural:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the weights, the biases and the ceilings, if they are of its own, in single precision."""
+        """Bytes of all channels in single precision."""
         return 4 * (self.coefficient_count + (self.ceiling.size if isinstance(self.ceiling, np.ndarray) else 0))
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """The BRDF, 1/sr, 0 to `ceiling`: angles broadcast to (...), radians, to (..., channels) float64."""
+        """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
         x = half_and_difference(theta_i, phi_i, theta_o, phi_o)
         return np.clip(_reflectance(_forward(self.weights, self.biases, x)[-1]), 0, self.ceiling)
 

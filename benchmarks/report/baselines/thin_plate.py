@@ -1,18 +1,10 @@
 """A thin-plate spline of the logarithm of reflectance: the interpolant of scattered data that needs no model.
 
-J. Duchon: Splines Minimizing Rotation-Invariant Semi-Norms in Sobolev Spaces, 1977. The spline s is the smoothest
-function, in the sense of its second derivatives, that stays close to the samples ::
-
-    f = exp(s(mu)) - offset,    s = p(mu) + sum_k a_k |mu - mu_k|^2 log |mu - mu_k|
-
-with a polynomial p of the first degree, in the half and difference coordinates mu = (d, x, y) of
-`coordinates.half_difference`, in which a peak lies along an axis and mirror images are one point. SciPy's
-`RBFInterpolator` fits and evaluates it. How close it stays to the samples, its smoothing, is that of a few which
-predicts best what is held out of an inner fit, so that noise is not interpolated.
-
-A spline is not bounded far from its samples, and the exponential less so: it is clipped to between 0 and 4 times the
-largest sample of each channel, and cannot diverge. The solution takes the cube of the number of samples: of more than
-`MOST` the spline takes those that lie farthest apart.
+J. Duchon: Splines Minimizing Rotation-Invariant Semi-Norms in Sobolev Spaces, 1977, by SciPy's `RBFInterpolator` in
+half and difference coordinates mu: f = exp(p(mu) + sum_k a_k |mu - mu_k|^2 log |mu - mu_k|) - offset. Its
+smoothing is that of a few which predicts best what is held out of an inner fit.
+The solution takes the cube of the number of samples: of more than `MOST` the spline takes those that lie farthest
+apart.
 """
 
 from collections.abc import Callable
@@ -28,7 +20,7 @@ from fitter.model.transform import LEAST_OFFSET, bounded_log
 from fitter.quality.cross_validation import cross_validate
 from fitter.samples import Samples, choice, subset
 
-from .bounds import ceiling
+from . import ceiling
 
 MOST = 3000                 # samples of an exact solution
 OFFSET = 0.1                # of the logarithm, over the median of the samples: .01 to 10 tried on CURET's odd samples
@@ -61,7 +53,7 @@ class ThinPlate:
         return 4 * (self.count * self.axes.shape[1] + self.coefficient_count * len(self.ceiling))
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """The BRDF, 1/sr, 0 to `ceiling`: angles broadcast to (...), radians, to (..., channels) float64."""
+        """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
         mu = _coordinates(theta_i, phi_i, theta_o, phi_o)
         field = self.spline(((mu - self.centre) @ self.axes).reshape(-1, self.axes.shape[1]))
         with np.errstate(over="ignore"):

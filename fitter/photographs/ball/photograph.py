@@ -1,14 +1,9 @@
 """A photograph of a ball under one lamp, and what each of its pixels measures.
 
 A curved sample shows many pairs of directions at once: S. Marschner, S. Westin, E. Lafortune, K. Torrance: Image-based
-BRDF Measurement, Applied Optics 39(16), 2000; W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance
-Model, SIGGRAPH 2003. At a point of the ball that a pixel sees, with the normal n and a lamp at the distance d in the
-direction l, the radiance is ::
-
-    L = f(l, v) I (n . l) / d^2
-
-with the lamp's radiant intensity I. For a lamp that is a ball itself, evenly bright and wholly above the horizon, it is
-the same but for f, which is the mean over the lamp.
+BRDF Measurement, Applied Optics 39(16), 2000. At a point with the normal n and a lamp of the radiant intensity I at the
+distance d in the direction l, the radiance is L = f(l, v) I (n . l) / d^2. For a lamp that is a ball itself, evenly
+bright and wholly above the horizon, f is the mean over the lamp.
 """
 
 from dataclasses import dataclass
@@ -35,17 +30,12 @@ class BallPhotograph(Photograph):
     ----------
     centre : (3,) float64
         Of the ball, metres.
-    radius : float
-        Of the ball, metres.
-    lamp_radius : float
-        Of a lamp that is a ball, metres.
+    radius, lamp_radius : float
+        Of the ball, and of a lamp that is a ball, metres.
     noise
         By default it is estimated from the pixels.
 
-    Raises
-    ------
-    DatasetError
-        Also if camera or lamp are in the ball.
+    Raises DatasetError also if camera or lamp are in the ball.
     """
 
     centre: FloatArray

@@ -11,9 +11,9 @@ import numpy as np
 
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError
-from ..rig import outline
+from ..rig import ball_finding as finding
+from ..rig.ball_finding import Outline, Profile, angle_beyond, edge_profile, fit_cone, scatter
 from ..rig.camera import pixel_angle
-from ..rig.outline import Outline, Profile, angle_beyond, edge_profile, fit_cone, scatter
 from ..rig.photograph import mean_of_neighbours
 from .photograph import BallPhotograph, visible_pixels
 
@@ -53,7 +53,7 @@ def place_ball(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
 def _touching(v: FloatArray, photograph: BallPhotograph) -> FloatArray:
     """Rays through the clear edges near the outline v: (n, 3)."""
     profile, grey = _profile(v, photograph), photograph.radiance.mean(axis=2)
-    level = outline.BALL_BRIGHTNESS * float(np.percentile(grey, 99.5))
+    level = finding.BALL_BRIGHTNESS * float(np.percentile(grey, 99.5))
     with np.errstate(invalid="ignore"):
         clear = ((profile.beyond < (1 - _SHARP) * profile.within) & (profile.within > level)
                  & (np.abs(profile.edge) < MOVED + 0.5))
@@ -65,7 +65,7 @@ def _profile(v: FloatArray, photograph: BallPhotograph) -> Profile:
     size, grey, mask = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2), photograph.mask
     if mask is not None:
         off = angle_beyond(photograph.rays, v) / size
-        around = (off > outline.WINDOW / 2) & (off < outline.WINDOW)
+        around = (off > finding.WINDOW / 2) & (off < finding.WINDOW)
         if mask[around].mean() < _OF_BALL if around.any() else True:
             grey, mask = grey * mask, None          # beside the ball it is black
     return edge_profile(v, grey, photograph.rays, size, mask)
@@ -81,9 +81,9 @@ def check_outline(photograph: BallPhotograph) -> None:
     if not (off < 0).any():
         raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
     residual = grey - mean_of_neighbours(photograph.radiance).mean(axis=2)
-    around = residual[off > outline.WINDOW]
+    around = residual[off > finding.WINDOW]
     noise = scatter(around) / np.sqrt(1.25) if len(around) else 0.0
-    is_bright = grey > max(outline.BALL_BRIGHTNESS * float(np.percentile(grey, 99.5)), outline.ABOVE_NOISE * noise)
+    is_bright = grey > max(finding.BALL_BRIGHTNESS * float(np.percentile(grey, 99.5)), finding.ABOVE_NOISE * noise)
     if photograph.mask is not None:
         is_bright &= photograph.mask
     of_ball = np.count_nonzero(is_bright & (off < 0))
@@ -94,10 +94,10 @@ def check_outline(photograph: BallPhotograph) -> None:
     profile = _profile(v, photograph)
     with np.errstate(invalid="ignore"):
         brighter = np.fmax(profile.within, profile.beyond)
-        is_seen = brighter > outline.ABOVE_NOISE * noise
+        is_seen = brighter > finding.ABOVE_NOISE * noise
         judged = _is_lit(photograph, profile, gamma / size) & (is_whole | is_seen)
         # a dark ball before a room has an edge as well
-        clear = is_seen & (np.abs(profile.within - profile.beyond) > outline.CLEAR * brighter)
+        clear = is_seen & (np.abs(profile.within - profile.beyond) > finding.CLEAR * brighter)
         fits = clear & (np.abs(profile.edge) < MOVED)
     wanted, fitting = np.count_nonzero(judged), np.count_nonzero(judged & fits)
     if fitting < _FITTING * wanted:

@@ -294,11 +294,6 @@ class CaptureSetup(Section):
         """Its name, by default that of the file."""
         return self.path.stem if self.name is None else self.name
 
-    @property
-    def is_by_light_positions(self) -> bool:
-        """Whether directions are in the camera's axes."""
-        return self.lamp.positions is not None
-
     def need_ball(self) -> BallSetup:
         """The ball. DatasetError of a flat sample."""
         if self.ball is None:
@@ -318,7 +313,7 @@ class CaptureSetup(Section):
             yield f"scale has {', '.join(self.scale.ways) or 'nothing'}, expected one of {', '.join(known)}"
         for each in self.photographs:
             given = [key for key in ("lamp", "direction", "chrome") if getattr(each, key) is not None]
-            if len(given) > 1 or (not given and not (self.is_by_light_positions or (self.sample and self.chrome))):
+            if len(given) > 1 or (not given and not (self.lamp.positions or (self.sample and self.chrome))):
                 yield each.complaint("lamp", "a position, or instead of it a direction, or chrome")
         if self.ball is None:
             return

@@ -1,13 +1,10 @@
 """Light positions of reflectance transformation imaging, `.lp` files and projects of relight, of which domes have one.
 
-Text: the number of photographs, then a line for each: the name of its file, and x, y, z of the direction to the light,
-x to the right in the picture, y up, z toward the camera. They are unit vectors, nearly; some are written with decimal
-commas, names have blanks, or folders of the machine that took the photographs (T. Malzbender, D. Gelb, H. Wolters:
-Polynomial Texture Maps, SIGGRAPH 2001; Cultural Heritage Imaging's RTIBuilder and CNR's relight write them). A light
-that was not found is 0 0 0.
-
-relight's projects are JSON: `.relight` has `images`, each with `filename`, `direction` and `skip`, in a `folder` beside
-it; `info.json`, of what it has made, has `lights`, three numbers each, without names.
+Text: the number of photographs, then for each a line: the name of its file, and x, y, z of the direction to the light,
+nearly a unit vector, x to the right in the picture, y up, z toward the camera; 0 0 0 where it was not found (T.
+Malzbender, D. Gelb, H. Wolters: Polynomial Texture Maps, SIGGRAPH 2001). Some have decimal commas, blanks in names, or
+folders of another machine. relight's projects are JSON: `.relight` has `images`, each with `filename`, `direction` and
+`skip`, in a `folder` beside it; `info.json`, of what it has made, has `lights`, three numbers each, without names.
 """
 
 import json

@@ -32,13 +32,10 @@ def read(path: str | Path) -> CaptureSetup:
     """
     path = Path(path)
     if path.is_dir():
-        found = descriptions_in(path)
-        if len(found) != 1:
-            raise DatasetError(
-                f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one of them" if found
-                else "a folder without a description: expected light positions (.lp) beside the photographs, or a "
-                     "description in TOML", path)
-        path = found[0]
+        folder, path = path, find_description(path)
+        if path == folder:
+            raise DatasetError("a folder without a description: expected light positions (.lp) beside the photographs, "
+                               "or a description in TOML", folder)
     if path.suffix.lower() == light_positions.SUFFIX:
         return parse({"name": path.absolute().parent.name or path.stem, "camera": {"position": "far"},
                       "ball": {"centre": "outline"}, "lamp": {"positions": path.name}, "scale": {"albedo": GUESS}},
@@ -82,7 +79,7 @@ def parse(description: Description, path: str | Path) -> CaptureSetup:
     setup = parser.parse_table(CaptureSetup, description, "")
     if setup is None or parser.errors:
         raise DatasetError("; ".join(parser.errors), path)
-    if setup.is_by_light_positions:
+    if setup.lamp.positions:
         setup = _add_light_positions(setup)
     errors = [] if setup.photographs else ["photograph is missing, expected one table [[photograph]] or more"]
     names = {each.name for shot in setup.photographs for each in shot.files}
@@ -180,47 +177,41 @@ def _photographs_for(found: light_positions.LightPositions, folder: Path) -> tup
         files = [folder / name for name in names]
         if all(each.is_file() for each in files):
             return files, True
-    pictures = pictures_in(folder)
+    pictures = find_files(folder, *PICTURES)
     if not are_named:
         # what relight has made is in a folder beside the photographs, or within theirs, and the ball's picture in that
-        beside = [each for place in (folder, folder.parent) for each in _group_by_suffix(pictures_in(place))]
-        pictures = next((each for each in beside if len(each) == len(found.names)), ())
+        beside = [find_files(place, *kinds) for place in (folder, folder.parent)
+                  for kinds in (PICTURES, *((each,) for each in PICTURES))]
+        pictures = next((each for each in beside if len(each) == len(found.names)), [])
         files = [folder / "photograph"] * len(found.names)
     if len(pictures) != len(found.names):
         missing = next(each.name for each in files if not each.is_file())
         raise DatasetError(f"cannot be read: no such file, and {len(pictures)} pictures beside it, where the light "
                            f"positions are {len(found.names)}", folder / missing)
-    return list(pictures), not are_named
+    return pictures, not are_named
 
 
-def _group_by_suffix(pictures: tuple[Path, ...]) -> list[tuple[Path, ...]]:
-    """Pictures, and those of each kind of file."""
-    kinds = dict.fromkeys(each.suffix for each in pictures)
-    return [pictures, *(tuple(each for each in pictures if each.suffix == kind) for kind in kinds)]
+def find_description(folder: Path) -> Path:
+    """The only description in a folder, else its only light positions, or itself where there is neither."""
+    for suffix in SUFFIXES:
+        found = find_files(folder, suffix)
+        if len(found) > 1:
+            raise DatasetError(f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one "
+                               "of them", folder)
+        if found:
+            return found[0]
+    return folder
 
 
-def descriptions_in(folder: Path) -> list[Path]:
-    """The descriptions in a folder, or where there are none its light positions."""
+def find_files(folder: Path, *suffixes: str) -> list[Path]:
+    """The files in a folder that end so, 2 before 10."""
     try:
-        files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))
+        return sorted((each for each in folder.iterdir() if each.suffix.lower() in suffixes and each.is_file()
+                       and not each.name.startswith(".")), key=lambda each: natural_order(each.name))
     except OSError as error:
         raise DatasetError(f"cannot be read: {error.strerror or error}", folder) from error
-    found = ([each for each in files if each.suffix.lower() == suffix] for suffix in SUFFIXES)
-    return next(filter(None, found), [])
-
-
-def pictures_in(folder: Path) -> tuple[Path, ...]:
-    """The pictures in a folder, 2 before 10."""
-    return tuple(sorted((each for each in folder.iterdir() if each.suffix.lower() in PICTURES and each.is_file()
-                         and not each.name.startswith(".")), key=lambda each: natural_order(each.name)))
 
 
 def natural_order(name: str) -> list[tuple[int, str]]:
-    """What sorts names of files by their numbers.
-
-    Examples
-    --------
-    >>> sorted(["lamp10.exr", "lamp2.exr"], key=natural_order)
-    ['lamp2.exr', 'lamp10.exr']
-    """
+    """What sorts names of files by their numbers."""
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]

@@ -1,9 +1,8 @@
 """Where the next lamp should stand, for photographs of a flat sample to say more of it.
 
-The photograph that is expected to tell most of a texel's weights and slopes is the one that shrinks their joint
-uncertainty most: the D-optimal one (A. Atkinson, A. Donev, R. Tobias: Optimum Experimental Designs, with SAS, 2007).
-With the derivatives J of what it would show, over the noise, and the covariance C so far, it adds the information
-1/2 log det(I + J C J^T), in the mean over texels. The materials themselves are taken as known.
+It is the D-optimal one (A. Atkinson, A. Donev, R. Tobias: Optimum Experimental Designs, with SAS, 2007): with the
+derivatives J of what a photograph would show by a texel's weights and slopes, over the noise, and the covariance C so
+far, it adds the information 1/2 log det(I + J C J^T), in the mean over texels. Materials are taken as known.
 """
 
 from collections.abc import Sequence

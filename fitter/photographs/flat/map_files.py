@@ -8,7 +8,6 @@ of the surface.
 import re
 import tempfile
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,34 +15,17 @@ import numpy as np
 from ...arrays import FloatArray
 from ...errors import DatasetError, printable
 from ...imaging.picture_files import NEEDED
-from ...quality.physics import directional_albedo
 from ...storage.files import others_files, replace_folder
-from ..rig.report import MeasurementReport, judge_left_out
-from ..rig.scale import SHARE_ANGLES, implausible_light
-from .advice import next_lamp
-from .judging import contradictions, turned_lamps
-from .maps import Maps, evenly, maps_from_flat, sample_frame, texel_points
-from .photograph import FlatPhotograph, observe
+from .maps import Maps
 
 _WRITTEN = re.compile(r"mask-\d+\.png|material-\d+\.npz|normal\.png|report\.txt")
 _NEARLY_ALL = 99.9          # percent of the texels, whose weights are white at most
-UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
-_LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
-_WEIGHED = 4000             # texels whose reflectance is looked at
-_JUDGED = 120               # texels by which photographs are judged
 
 
 def layers(weights: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Weights (h, w, materials) as layers that lie upon one another: the share of each but the first upon those before
     it, (h, w, materials - 1), the sum of the weights over that which nearly all are below, (h, w), both 0 to 1 and the
-    top row of the picture first, and the latter: a few texels, as of a glint, may be brighter.
-
-    Examples
-    --------
-    >>> masks, brightness, most = layers(np.array([[[0.2, 0.2, 0.4]]]))
-    >>> masks.round(6).tolist(), brightness.round(6).tolist(), round(most, 6)
-    ([[[0.5, 0.5]]], [[1.0]], 0.8)
-    """
+    top row of the picture first, and the latter: a few texels, as of a glint, may be brighter."""
     sums = np.cumsum(weights, axis=2)[::-1]
     masks = weights[::-1, :, 1:] / np.where(sums[..., 1:] > 0, sums[..., 1:], 1.0)
     most = white(sums[..., -1])
@@ -78,49 +60,6 @@ def png(values: FloatArray) -> bytes:
                 and file.write_image(np.ascontiguousarray(whole)) and file.close()):
             raise DatasetError(f"cannot be written: {OpenImageIO.geterror() or 'the disk may be full'}", path)
         return path.read_bytes()
-
-
-def _left_out_error(maps: Maps, others: Sequence[FlatPhotograph], shot: FlatPhotograph) -> float:
-    """How far a photograph is from what coarse maps of the same materials by others say of it; not a number where it
-    shows nothing of the sample."""
-    height, width = (min(each, _LEFT_OUT) for each in maps.weights.shape[:2])
-    coarse = maps_from_flat(others, maps.corners, (height, width), maps.fits)
-    seen = observe([shot], texel_points(maps.corners, (height, width)), sample_frame(maps.corners, [shot])[2])
-    counts = seen.good[:, 0] & (coarse.used.ravel() > 0)
-    there = seen.radiance[counts, 0]
-    expected = coarse.radiance(shot.camera, shot.lamp, shot.intensity).reshape(len(counts), -1)[counts]
-    size = float(np.linalg.norm(there))
-    return float(np.linalg.norm(expected - there)) / size if size else float("nan")
-
-
-def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | None = None) -> MeasurementReport:
-    """What is to be said of maps. The albedo is that which was guessed, if it was."""
-    height, width, count = maps.weights.shape
-    most = float(maps.weights.max()) or 1.0
-    unsure = (maps.deviation.max(axis=2) > UNSURE * most).mean()
-    told = judge_left_out(photographs, len(photographs) // 2, partial(_left_out_error, maps))
-    lines = [f"{width} x {height} texels of {count} material{'s' * (count > 1)}, {len(photographs)} photographs, of "
-             f"which {maps.used.mean():.1f} tell of a texel in the mean",
-             f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
-             f"more than {UNSURE:.0%} of the largest", told.words]
-    bright = implausible_light(reflected_light(maps), albedo)
-    frame, points = sample_frame(maps.corners, photographs), texel_points(maps.corners, (height, width))
-    some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
-    size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
-    judged = (*contradictions(maps.fits, observe(photographs, some, frame[2]), frame,
-                              [each.name for each in photographs]),
-              *turned_lamps(maps.normals, frame, maps.used > 0, size))
-    return MeasurementReport((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice),
-                             (*bright, *[told.words] * told.is_bad, *judged))
-
-
-def reflected_light(maps: Maps) -> FloatArray:
-    """The share of light from each of `SHARE_ANGLES` that a sample reflects, the median of its texels: (angles,
-    channels)."""
-    height, width, count = maps.weights.shape
-    weights = maps.weights[evenly(height, width, _WEIGHED)].reshape(-1, count)
-    shares = np.stack(np.broadcast_arrays(*(directional_albedo(fit, SHARE_ANGLES) for fit in maps.fits)))
-    return np.asarray(np.median(np.einsum("nm,mac->nac", weights, shares), axis=0))
 
 
 def check_folder(folder: str | Path) -> None:

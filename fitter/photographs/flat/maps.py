@@ -20,20 +20,12 @@ from ...errors import DatasetError
 from ...model.fit import Fit
 from ...samples import Samples
 from ..description.capture_setup import MOST_MATERIALS
-from ..pictures.light import check_bright
+from ..pictures import check_bright
 from ..rig.photograph import check_alike, mean_of_neighbours
+from . import solving
 from .materials import MOST_TEXELS, materials_found
 from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, shading_geometry
-from .solving import (
-    Prior,
-    Texels,
-    estimate_prior,
-    given_normals,
-    radiances,
-    slopes_to_normals,
-    solve_texels,
-    turned_weights,
-)
+from .solving import Texels, radiances, slopes_to_normals
 
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
 _COARSER, _COARSEST = 4, 4096   # of how many texels along both axes one is solved first; the fewest that follow others
@@ -55,19 +47,15 @@ class Maps:
     Attributes
     ----------
     fits : tuple of Fit
-        The materials that are mixed.
-    weights : (h, w, materials) float64
-        At least 0; 0 where no photograph tells.
+        The materials that are mixed; `notes` say how they were found.
+    weights, deviation : (h, w, materials) float64
+        At least 0, and their standard deviation; 0 and infinite where no photograph tells.
     normals : (h, w, 3) float64
         Unit vectors in the coordinates of the corners.
     corners : (4, 3) float64
         Metres.
-    deviation : (h, w, materials) float64
-        The standard deviation of the weights; infinite where no photograph tells.
     used : (h, w) int
         How many photographs tell of a texel.
-    notes : tuple of str
-        How the materials were found.
     """
 
     fits: tuple[Fit, ...]
@@ -100,10 +88,9 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     Parameters
     ----------
     photographs : sequence of FlatPhotograph
-        Of one sample, two or more.
+        Two or more.
     corners : (4, 3) array_like
-        Of the sample, metres, counter-clockwise as the camera sees it; the first is at texel (0, 0), the second at the
-        end of its row.
+        Metres, counter-clockwise as the camera sees the sample, from that at texel (0, 0) along its row.
     shape : (h, w)
         Texels.
     fits : sequence of Fit, or int
@@ -113,14 +100,10 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat. A texel
     that has eight pixels or more along both axes is their mean.
 
-    Raises
-    ------
-    DatasetError
-        If there are fewer than two photographs, their sizes differ, one is black, corners are crossed, clockwise or not
-        in a plane, a lamp is behind the sample, no texel is seen in two photographs, or too few for materials to be
-        found in them.
-    ValueError
-        If the materials are too many or anisotropic, or their channels are not those of the photographs.
+    Raises DatasetError if there are fewer than two photographs, their sizes differ, one is black, corners are crossed,
+    clockwise or not in a plane, a lamp is behind the sample, no texel is seen in two photographs, or too few for
+    materials to be found in them; ValueError if the materials are too many or anisotropic, or their channels are not
+    those of the photographs.
     """
     if len(photographs) < 2:
         raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "
@@ -144,8 +127,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     fits = tuple(fits)
     check_materials(fits, photographs[0].radiance.shape[2])
     with progress.part(0.4, 0.9, "Finding weights and normals"):
-        few = solve_texels(fits, some, frame)
-        prior = estimate_prior(few)
+        few = solving.solve_texels(fits, some, frame)
+        prior = solving.estimate_prior(few)
         texels = _solve_grid(fits, photographs, grid, frame, prior,
                              few.slopes if len(few.slopes) == len(points) else None)
     if not (texels.used.sum(axis=1) > 1).any():
@@ -155,9 +138,9 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         slopes = smooth_slopes(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2),
                                texels.used.any(axis=1).reshape(height, width))
         slopes = slopes.reshape(-1, 2)
-        weights, far = turned_weights(texels, slopes)
+        weights, far = solving.turned_weights(texels, slopes)
         if len(far):
-            weights[far] = np.concatenate(_map_blocks(lambda part: given_normals(
+            weights[far] = np.concatenate(_map_blocks(lambda part: solving.given_normals(
                 fits, observe(photographs, points[far[part]], frame[2]), frame, texels.part(far[part]),
                 slopes[far[part]], prior), len(far)))
         progress.report(1.0)
@@ -167,7 +150,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
 
 
 def _solve_grid(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: FloatArray, frame: FloatArray,
-                prior: Prior, first: FloatArray | None = None) -> Texels:
+                prior: solving.Prior, first: FloatArray | None = None) -> Texels:
     """The texels of a grid of points (h, w, 3), row by row: from slopes to begin with, (n, 2), else from many starts of
     few of them, and then from these slopes."""
     height, width = grid.shape[:2]
@@ -180,7 +163,7 @@ def _solve_grid(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid
         place = (np.indices((height, width)).reshape(2, -1).T - _COARSER // 2) / _COARSER
         first = interpolate_bilinear(coarse, *pixel_corners(place, few.shape[:2])[:2])
     with progress.part(0.0 if first is None else 2 / _COARSER ** 2, 1.0):
-        parts = _map_blocks(lambda part: solve_texels(fits, observe(photographs, points[part], frame[2]), frame,
+        parts = _map_blocks(lambda part: solving.solve_texels(fits, observe(photographs, points[part], frame[2]), frame,
                                                       None if first is None else first[part], prior), len(points))
     return Texels(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
@@ -277,13 +260,7 @@ def texel_corners(corners: FloatArray, shape: tuple[int, int], *rim: float) -> F
 
 
 def texel_points(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
-    """The centres of texels, row by row: (h w, 3).
-
-    Examples
-    --------
-    >>> texel_points(np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]]), (1, 2)).tolist()
-    [[1.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
-    """
+    """The centres of texels, row by row: (h w, 3)."""
     return _points_in_sample(corners, *((np.arange(count) + 0.5) / count for count in shape)).reshape(-1, 3)
 
 

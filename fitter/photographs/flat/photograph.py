@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import BoolArray, FloatArray, RealArray
-from ..pictures.light import Light
+from ..pictures import Light
 from ..rig.photograph import STEEPEST, Photograph, is_saturated
 
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
@@ -22,8 +22,6 @@ _LEAST_NOISE = 1e-3         # of that, which nothing is below: files may say tha
 
 class FlatPhotograph(Photograph):
     """A photograph of a flat sample; attributes and errors are those of a `Photograph`."""
-
-    _least: ClassVar = 2
 
     @cached_property
     def counts(self) -> BoolArray:
@@ -125,15 +123,7 @@ def texel_means(light: Light, places: FloatArray, count: int) -> Light:
 
 def find_pixels(rays: FloatArray, toward: FloatArray) -> FloatArray:
     """Where directions (n, 3), of any length, are in a picture of rays (height, width, 3): rows and columns (n, 2), the
-    first pixel's centre being 0, 0, and outside the picture somewhere outside it; by Newton's method.
-
-    Examples
-    --------
-    >>> from ..rig.camera import rays
-    >>> picture = rays(20, 30, 1.0)
-    >>> find_pixels(picture, picture[[3, 19], [7, 29]]).round(9).tolist()
-    [[3.0, 7.0], [19.0, 29.0]]
-    """
+    first pixel's centre being 0, 0, and outside the picture somewhere outside it; by Newton's method."""
     place = np.tile((np.array(rays.shape[:2]) - 1) / 2, (len(toward), 1))
     for _ in range(_STEPS):
         corner, share, _ = pixel_corners(place, rays.shape[:2])

@@ -8,15 +8,11 @@ import numpy as np
 
 from ...arrays import BoolArray, FloatArray
 from ...errors import DatasetError
-from ...imaging.picture_files import read_picture_info
 from ..description.capture_setup import MOST_TEXELS, CaptureSetup, SampleSetup
-from ..pictures.light import Light, same_pictures
-from ..pictures.reading import Part, Pictures, read_mask
-from ..rig.camera import CameraView, field_of_view, pixel_angle, rays_through
-from ..rig.lamps import MeasuredPlace, Scene, are_far, find_lamps
+from ..pictures import Light, Part, Pictures, read_mask, same_pictures
+from ..rig.camera import CameraView, field_of_view, find_view, pixel_angle, rays_through
+from ..rig.lamps import GUESSED, MeasuredPlace, Scene, find_lamps, lamp_intensity, place_scene
 from ..rig.photograph import is_saturated
-from ..rig.scale import GUESSED, lamp_intensity
-from .camera_pose import find_view
 from .judging import lamp_brightness
 from .maps import pixels_per_texel, sample_frame, texel_corners, texel_points
 from .photograph import FlatPhotograph, find_pixels, interpolate_bilinear, observe, pixel_corners, texel_means
@@ -33,6 +29,7 @@ class Flat(NamedTuple):
     """What `maps_from_flat` takes of a description."""
 
     name: str
+    view: CameraView
     photographs: list[FlatPhotograph]
     corners: FloatArray
     shape: tuple[int, int]
@@ -53,32 +50,32 @@ def read_sample(setup: CaptureSetup) -> Flat:
     view, places, whole = scene.view, corner_places(sample, scene.view.size), sample_corners(sample)
     shape = _shape(setup, places, sample.height / sample.width)
     window = _Window.enclosing(view, whole, places, shape, read_mask(sample, view.size))
-    lights = [light for light, shot in zip(pictures.read_photographs(window.part, window.reduce), setup.photographs,
-                                           strict=True) if shot in scene.shots]
-    intensity, note = lamp_intensity(scene.scale, pictures, lights[0].radiance.shape[2], scene.lit,
-                                     are_far(scene.lamps, setup.path))
+    setup, shots = scene.setup, scene.setup.photographs
+    lights = pictures.read_photographs(shots, window.part, window.reduce)
+    intensity, note = lamp_intensity(scene, pictures, lights[0].radiance.shape[2])
     if window.corners is None:
         lights = _fill_rim(lights, window.toward, view.position, np.array([sample.width, sample.height]) / 2)
-    photographs = [FlatPhotograph(light.radiance, window.toward, view.position, each.place(*scene.what), intensity,
-                                  light.noise, light.known, shot.name)
-                   for light, each, shot in zip(lights, scene.lamps, scene.shots, strict=True)]
+    photographs = [FlatPhotograph(light.radiance, window.toward, view.position, lamp, intensity, light.noise,
+                                  light.known, shot.name)
+                   for light, lamp, shot in zip(lights, scene.lamps, shots, strict=True)]
     frame = sample_frame(whole, photographs)    # lamps are not behind it
-    notes, brightness = setup.notes + scene.notes[:-1], setup.lamp.brightness
+    brightness, differ = setup.lamp.brightness, tuple[str, ...]()
     if brightness is not None:
         by = (lamp_brightness(observe(photographs, texel_points(whole, _GUESSED), frame[2]), frame)
               if isinstance(brightness, str) else brightness[:, None])
         photographs = [replace(each, intensity=each.intensity * factor)
                        for each, factor in zip(photographs, by, strict=True)]
-        notes += f"The lamps differ in brightness from {by.min():.2f} to {by.max():.2f}",
-    if scene.scale.albedo is not None:
-        share = _albedo(photographs, whole) / scene.scale.albedo
+        differ = f"The lamps differ in brightness from {by.min():.2f} to {by.max():.2f}",
+    albedo = setup.scale.albedo
+    if albedo is not None:
+        share = _albedo(photographs, whole) / albedo
         photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
-        note = GUESSED.format(f"{scene.scale.albedo:g}"), *note
+        note = GUESSED.format(f"{albedo:g}"), *note
     files, number = (setup.materials, None) if isinstance(setup.materials, tuple) else ((), setup.materials)
-    return Flat(setup.title, photographs, whole, shape, files, number,
-                (*pictures.notes, *notes, scene.notes[-1], *note),
+    return Flat(setup.title, view, photographs, whole, shape, files, number,
+                (*pictures.notes, *scene.notes, *differ, *note),
                 same_pictures([light.radiance for light in lights], [each.name for each in photographs]),
-                scene.scale.albedo)
+                albedo)
 
 
 def locate_sample(setup: CaptureSetup, pictures: Pictures) -> Scene:
@@ -86,32 +83,34 @@ def locate_sample(setup: CaptureSetup, pictures: Pictures) -> Scene:
     sample, size = setup.need_sample(), pictures.size
     whole, middle = sample_corners(sample), MeasuredPlace(np.zeros(3), float(np.hypot(sample.width, sample.height)))
     places = corner_places(sample, size)
-    angle = field_of_view(setup.camera, (read_picture_info(each.files[0]) for each in setup.photographs))
+    angle = field_of_view(setup.camera, pictures.infos)
     view, off = find_view(setup.camera, places, whole, size, angle)
     if off > _OFF:
         raise sample.error("corners", f"those of a rectangle of {sample.width:g} x {sample.height:g} m that this lens "
                                       f"sees, within {_OFF:g} pixels: one is {off:.1f} off")
-    found = list(zip(setup.photographs, find_lamps(setup, pictures, view, middle), strict=True))
-    missing = [shot.name for shot, lamp in found if lamp is None]
-    if len(missing) == len(found):
+    lamps = find_lamps(setup, pictures, view, middle)
+    missing = [shot.name for shot, lamp in zip(setup.photographs, lamps, strict=True) if lamp is None]
+    if len(missing) == len(lamps):
         raise setup.error("chrome", "a ball that shows the lamp in some photograph")
-    brightness, count = setup.lamp.brightness, len(found) - len(missing)
-    if brightness is not None and not isinstance(brightness, str) and len(brightness) != count:
+    brightness, count = setup.lamp.brightness, len(lamps) - len(missing)
+    if isinstance(brightness, np.ndarray) and len(brightness) != count:
         raise setup.lamp.error("brightness", f"{count} numbers")
-    notes = [f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}"] if missing else []
-    where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
-        *view.position, off)
-    scale, lit, card = setup.scale, middle, setup.scale.card
+    notes = setup.notes
+    if missing:
+        notes += f"Left out, for the chrome ball shows no lamp there: {', '.join(missing)}",
+    notes += "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
+        *view.position, off),
+    known, card = middle, setup.scale.card
     if card is not None:        # it lies where the sample's plane is seen in its region
         left, top, right, bottom = card.region if card.region is not None else np.zeros(4)
         ray = view.orientation @ rays_through(np.array([left + right, top + bottom]) / 2, size, angle)
         if card.region is None or not ray[2] < 0:
             raise card.error("region", "a part of the picture in which the sample's plane is seen, left, top, right "
                                        "and bottom")
-        lit = middle._replace(middle=view.position - view.position[2] / ray[2] * ray)
-        scale = replace(scale, card=replace(card, normal=np.array([0.0, 0, 1]) if card.normal is None else card.normal))
-    return Scene(view, middle, tuple(shot for shot, lamp in found if lamp is not None),
-                 [lamp for _, lamp in found if lamp is not None], scale, lit, (*notes, where))
+        known = middle._replace(middle=view.position - view.position[2] / ray[2] * ray)
+        if card.normal is None:
+            setup = replace(setup, scale=replace(setup.scale, card=replace(card, normal=np.array([0.0, 0, 1]))))
+    return place_scene(setup, view, middle, lamps, known, notes)
 
 
 def sample_corners(sample: SampleSetup) -> FloatArray:

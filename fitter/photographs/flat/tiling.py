@@ -1,11 +1,9 @@
 """A tile of a flat sample: a part of its maps that can be repeated, and whose edges nobody sees.
 
-Along each axis two strips of the sample, a period apart, are laid upon one another; on one side of a path through them
-the one is seen, on the other side the other, and the path is that along which they differ least (A. A. Efros, W. T.
-Freeman: Image Quilting for Texture Synthesis and Transfer, SIGGRAPH 2001). That of the second axis is closed, since the
-tile goes on there. The period is the one, of half the sample or more, whose strips are most alike. What differs
-is what is seen from above under a few lamps, so masks and normals are cut alike. Beside the path the one passes
-into the other.
+Along each axis two strips of the sample, a period apart, are laid upon one another, and pass into one another beside
+the path along which they differ least, seen from above under a few lamps (A. A. Efros, W. T. Freeman: Image Quilting
+for Texture Synthesis and Transfer, SIGGRAPH 2001). That of the second axis is closed, since the tile goes on there. The
+period is the one, of half the sample or more, whose strips are most alike.
 """
 
 from dataclasses import replace
@@ -109,13 +107,7 @@ def _cut(values: FloatArray, seam: _Seam) -> FloatArray:
 
 def cheapest_path(cost: FloatArray, is_closed: bool) -> IntArray:
     """The column in each row of a path down costs (h, w) whose sum is least. From row to row it goes at most one column
-    aside; a closed one does so from the last row to the first too.
-
-    Examples
-    --------
-    >>> cheapest_path(np.array([[0, 2, 5], [5, 1, 0], [5, 1, 0]]), False).tolist()
-    [0, 1, 2]
-    """
+    aside; a closed one does so from the last row to the first too."""
     columns = np.arange(cost.shape[1])
     first = last = np.ones(len(columns), dtype=bool)
     if is_closed:           # from each column of the first row in turn

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -25,7 +25,7 @@ class Photograph:
     rays : (height, width, 3) float64
         Directions from the camera through the pixels' centres, unit vectors.
     camera, lamp : (3,) float64
-        Positions, metres.
+        Metres.
     intensity : (channels,) float64
         The lamp's radiant intensity, W/sr in the units of `radiance`: a Lambertian of albedo 1 that faces it at 1 m
         has the radiance intensity / pi.
@@ -36,10 +36,7 @@ class Photograph:
     name : str
         For messages: the file.
 
-    Raises
-    ------
-    DatasetError
-        If the arrays do not have these shapes or hold numbers that are not finite.
+    Raises DatasetError if the arrays do not have these shapes or hold numbers that are not finite.
     """
 
     radiance: RealArray
@@ -50,13 +47,12 @@ class Photograph:
     noise: RealArray | None = None
     mask: BoolArray | None = None
     name: str = "photograph"
-    _least: ClassVar = 1        # pixels along both axes
 
     def __post_init__(self) -> None:
-        radiance, least = self._set("radiance"), self._least
-        if radiance.ndim != 3 or min(radiance.shape[:2]) < least or radiance.shape[2] not in (1, 3):
-            raise DatasetError(f"radiance has the shape {radiance.shape}, expected (height, width, 1 or 3)"
-                               f"{f' of {least} x {least} pixels or more' * (least > 1)}", self.name)
+        radiance = self._set("radiance")
+        if radiance.ndim != 3 or min(radiance.shape[:2]) < 2 or radiance.shape[2] not in (1, 3):
+            raise DatasetError(f"radiance has the shape {radiance.shape}, expected (height, width, 1 or 3) of 2 x 2 "
+                               f"pixels or more", self.name)
         lengths = np.linalg.norm(self._set("rays", (*radiance.shape[:2], 3)), axis=-1)
         if np.abs(lengths - 1).max() > 1e-3:
             raise DatasetError(f"rays have lengths from {lengths.min():g} to {lengths.max():g}, expected unit vectors",
@@ -97,14 +93,7 @@ def check_alike(photographs: Sequence[Photograph]) -> None:
 
 
 def to_local_angles(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
-    """Directions to light and viewer about normals, all (n, 3) unit vectors, as angles: four (n,), phi_i is 0.
-
-    Examples
-    --------
-    >>> theta_i, _, theta_o, phi_o = to_local_angles(np.eye(3)[2:], np.array([[.6, 0, .8]]), np.array([[0, -.6, .8]]))
-    >>> np.degrees([theta_i[0], theta_o[0], phi_o[0]]).round(2).tolist()
-    [36.87, 36.87, -90.0]
-    """
+    """Directions to light and viewer about normals, all (n, 3) unit vectors, as angles: four (n,), phi_i is 0."""
     cross_i, cross_o = np.cross(normal, light), np.cross(normal, view)
     theta = [np.arctan2(np.linalg.norm(cross, axis=1), np.sum(normal * toward, axis=1))
              for cross, toward in ((cross_i, light), (cross_o, view))]

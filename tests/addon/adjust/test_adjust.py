@@ -171,7 +171,7 @@ def test_a_changed_slider_is_applied_by_itself_once_it_rests(material, window, m
 def test_what_was_saved_before_it_was_applied_is_applied_when_the_file_is_opened(blender, material, monkeypatch,
                                                                                  tmp_path):
     asked = []
-    monkeypatch.setattr(adjust, "_apply_soon", lambda material: asked.append(material.name))
+    monkeypatch.setattr(adjust, "apply_soon", lambda material: asked.append(material.name))
     path = str(tmp_path / "saved.blend")
     for gain, expected in ((1, []), (0.5, ["felt"])):
         asked.clear()

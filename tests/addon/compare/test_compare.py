@@ -47,15 +47,6 @@ def test_a_preset_is_fitted_in_one_step(one):
     assert bpy.data.materials["two"].measured_brdf.diffuse_level == CHEAP["diffuse_level"]
 
 
-def test_a_preset_that_cannot_be_fitted_is_not_chosen(one, files):
-    files[0].write_text("nothing")
-    before = state()
-    with pytest.raises(RuntimeError):
-        bpy.ops.measured_brdf.fit(preset="Draft")
-    assert state() == before
-    assert one.measured_brdf.diffuse_level == CHEAP["diffuse_level"]
-
-
 def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, one, two):
     scene = bpy.context.scene
     cubes.active_material = two
@@ -75,19 +66,6 @@ def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(c
     bpy.data.materials.remove(two)
     assert comparison.get(scene).pinned is None
     assert comparison.find_pinned(scene, one) is None
-
-
-def test_pinning_is_undone_and_saved(cubes, one, two, tmp_path):
-    bpy.ops.ed.undo_push(message="before")
-    cubes.active_material = two
-    bpy.ops.measured_brdf.pin()
-    bpy.ops.ed.undo_push(message="pin")
-    bpy.ops.ed.undo()
-    assert comparison.get(bpy.context.scene).pinned is None
-    bpy.ops.ed.redo()
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "pinned.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "pinned.blend"))
-    assert comparison.get(bpy.context.scene).pinned.name == "two"
 
 
 def test_a_linked_material_can_be_pinned_and_a_linked_scene_refuses(cubes, one, tmp_path):

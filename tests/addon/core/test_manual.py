@@ -95,7 +95,4 @@ def test_where_the_manifest_names_a_website_and_blender_may_go_online_that_is_op
     assert manual.url("manual/engines#choose") == "https://example.org/brdf/manual/engines.html#choose"
     Online.online_access = False
     assert manual.url("manual#fit") == (with_html / "f1" / "manual--fit.html").as_uri()
-
-
-def test_the_button_opens_the_manual(blender, with_html):
     assert manual.url() == (with_html / "manual.html").as_uri()

@@ -4,8 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from measured_brdf.addon.core.blender import osl_support
-from measured_brdf.addon.core.shading import rendered
 from measured_brdf.addon.work import tasks
 
 import fitter
@@ -65,21 +63,6 @@ def test_import_with_nothing_active_that_has_a_surface_only_makes_the_material(b
     assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
     assert len(blender.data.materials) == 1
     assert cube.active_material is None
-
-
-def test_linked_objects_and_materials_are_left_alone(blender, cube, file, tmp_path):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
-    black_scene(16, 16, samples=8, span=1)
-    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (source, target):
-        target.objects = [name for name in source.objects if name.startswith("Cube")]
-    linked = target.objects[0]
-    blender.context.scene.collection.objects.link(linked)
-    blender.context.view_layer.objects.active = linked
-    before = linked.active_material
-    assert not blender.ops.measured_brdf.fit.poll()
-    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
-    assert linked.active_material == before
 
 
 def test_an_imported_lambertian_renders_as_one(blender, file):
@@ -143,38 +126,6 @@ def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cub
     assert counts(blender) == before
 
 
-def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypatch):
-    monkeypatch.setattr(osl_support, "reason_unavailable", lambda: osl_support.NO_OSL)
-    import_file(blender, file)
-    now = rendered.scene_rendering(cube.active_material, blender.context.scene)
-    assert now.how == "NODES"
-    assert 0 < now.error < 0.5
-    assert not now.can_enable
-
-
-def test_fitting_again_replaces_the_shader_and_leaves_no_rest(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    before = counts(blender)
-    material = cube.active_material
-    coarse = material.measured_brdf.coefficients
-    material.measured_brdf.diffuse_level = 4
-    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
-    assert material.measured_brdf.coefficients > coarse
-    assert counts(blender) == before
-
-
-def test_a_failing_fit_keeps_the_material(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    before = counts(blender)
-    material = cube.active_material
-    result = {name: getattr(material.measured_brdf, name) for name in ("coefficients", "rmse", "name_of_data")}
-    material.measured_brdf.filepath = str(file.with_name("moved.astm"))
-    with pytest.raises(RuntimeError, match="No such file"):
-        blender.ops.measured_brdf.fit()
-    assert counts(blender) == before
-    assert all(getattr(material.measured_brdf, name) == value for name, value in result.items())
-
-
 def test_fitting_a_material_of_ones_own_keeps_its_nodes(blender, cube, file):
     material = blender.data.materials.new("Mine")
     if not material.node_tree:
@@ -188,32 +139,6 @@ def test_fitting_a_material_of_ones_own_keeps_its_nodes(blender, cube, file):
     assert before < {node.name for node in nodes}
     surface = next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Surface"]
     assert surface.links[0].from_node.node_tree.name == material.name
-
-
-def test_a_lamp_group_taken_apart_by_a_user_raises_no_error(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    tree = blender.data.node_groups["Measured BRDF Lamps"]
-    tree.nodes.remove(tree.nodes["Lamp3"])
-    add_lamp("POINT", 10)
-    blender.context.view_layer.update()
-    assert tree.nodes["Lamps"].outputs[0].default_value == 0
-    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
-    whole, = (tree for tree in lamp_groups() if "Lamp3" in tree.nodes)
-    assert len(known(whole)) == 1
-
-
-def test_the_blend_needs_no_other_file(blender, file, tmp_path):
-    scene = black_scene(16, 16, samples=16, span=1)
-    blender.ops.mesh.primitive_uv_sphere_add()
-    import_file(blender, file, diffuse_level=3, specular_level=5)
-    add_lamp("POINT", 100, (2, 1, 4), shadow_soft_size=0)
-    before = render(scene)
-    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
-    file.unlink()
-    blender.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
-    np.testing.assert_allclose(render(blender.context.scene), before, atol=1e-6)
-    assert before.max() > 0.1
 
 
 def test_undo_takes_the_import_back_and_redo_brings_it_again(blender, cube, file):
@@ -237,48 +162,6 @@ def test_enabling_osl(blender):
 
 def known_lamps():
     return [((round(x, 6), round(y, 6), round(z, 6)), round(size, 6)) for x, y, z, size, _ in known().tolist()]
-
-
-def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file):
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    assert known_lamps() == []
-    lamp = add_lamp("POINT", 10, (1, 2, 3), shadow_soft_size=0.25)
-    blender.context.view_layer.update()
-    assert known_lamps() == [((1, 2, 3), 0.25)]
-    lamp.location.x = -4
-    blender.context.view_layer.update()
-    assert known_lamps() == [((-4, 2, 3), 0.25)]
-    add_lamp("SUN", 1, rotation=(0, math.pi / 2, 0), angle=0.2)
-    add_lamp("AREA", 1, shape="RECTANGLE", size=6, size_y=8)
-    blender.context.view_layer.update()
-    (direction, size), second, third = known_lamps()
-    assert direction == pytest.approx((1, 0, 0), abs=1e-6)
-    assert size == pytest.approx(-0.1)
-    assert second == ((-4, 2, 3), 0.25)
-    assert third == ((0, 0, 0), 5)
-    blender.data.objects.remove(lamp)
-    blender.context.view_layer.update()
-    assert len(known_lamps()) == 2
-
-
-def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, tmp_path):
-    """Each brings its own lamp group along; without it, a lamp without size would leave the material black."""
-    import_file(blender, file, diffuse_level=4, specular_level=-1)
-    cube.active_material.name = "From the library"
-    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
-    for link in (False, True):
-        scene = black_scene(8, 8, samples=16, span=1)
-        blender.ops.mesh.primitive_plane_add(size=4)
-        plane = blender.context.object
-        if not link:
-            import_file(blender, file, diffuse_level=2, specular_level=-1)
-        with blender.data.libraries.load(str(tmp_path / "library.blend"), link=link) as (_, target):
-            target.materials = ["From the library"]
-        plane.active_material = target.materials[0]
-        add_lamp("SUN", math.pi, angle=0)
-        assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01), link
-        import_file(blender, file, diffuse_level=4, specular_level=-1)
-        assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01), link
 
 
 @pytest.mark.parametrize("way", ["appended", "made local"])
@@ -372,20 +255,6 @@ def test_of_many_lamps_those_without_a_size_then_suns_then_the_strongest_are_kep
     assert lamps[0] == ((40, 0, 0), 0)
     assert lamps[1][1] < 0
     assert sorted(position[0] for position, _ in lamps[2:]) == list(range(6, 36))
-
-
-def test_a_still_scene_is_left_alone(blender, cube, file):
-    """Nothing is assigned where nothing has changed: each assignment makes Cycles reload the shader."""
-    import_file(blender, file, diffuse_level=2, specular_level=-1)
-    add_lamp("POINT", 10, (0.1, 0.2, 0.3), shadow_soft_size=0.1)
-    blender.context.view_layer.update()
-    updated = []
-    blender.app.handlers.depsgraph_update_post.append(
-        lambda scene, depsgraph: updated.extend(update.id.name for update in depsgraph.updates))
-    cube.location.x = 2
-    blender.context.view_layer.update()
-    blender.app.handlers.depsgraph_update_post.pop()
-    assert "Measured BRDF Lamps" not in updated
 
 
 def test_disabling_leaves_nothing_behind(blender, extension):

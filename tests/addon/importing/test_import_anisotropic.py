@@ -7,7 +7,7 @@ from measured_brdf.addon.core.shading.material import group_node
 from measured_brdf.addon.work import tasks
 
 from fitter import cli
-from support.anisotropic_tables import STEEL, few, write
+from support.anisotropic import STEEL, few, write_table
 from support.cases import release
 from support.stage import add_lamp, black_scene, render, rotation_toward, set_input
 
@@ -16,7 +16,7 @@ CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": -1}
 
 @pytest.fixture
 def file(tmp_path):
-    return write(tmp_path / "steel.csv", STEEL, directions=few())
+    return write_table(tmp_path / "steel.csv", STEEL, directions=few())
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_a_quarter_of_a_turn_swaps_bright_and_dark(blender, plane, file):
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_one_or_two_rotations_are_fitted_as_isotropic_and_told(extension, blender, plane, tmp_path, count):
-    path = write(tmp_path / "few.csv", STEEL, directions=few(count))
+    path = write_table(tmp_path / "few.csv", STEEL, directions=few(count))
     blender.ops.measured_brdf.import_data(filepath=str(path), **CHEAP)
     assert names(plane) == set()
     data = extension.addon.work.tasks.read(str(path), None)

@@ -112,12 +112,6 @@ def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_pat
     assert (settings.isotropic, settings.symmetry, settings.encoding) == ("isotropic", "auto", "raw")
 
 
-@pytest.mark.parametrize("name", ["angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding"])
-def test_an_unknown_choice_is_refused(blender, cube, file, name):
-    with pytest.raises(TypeError, match="not found in"):
-        blender.ops.measured_brdf.import_data(filepath=file, **{name: "other"})
-
-
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.importing.import_data
     for complaint, expected in (("", {"angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding",

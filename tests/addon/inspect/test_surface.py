@@ -169,16 +169,6 @@ def test_the_material_is_that_of_the_face_if_it_is_measured(material):
     assert first(item).material == material.session_uid
 
 
-def test_a_spot_moves_with_its_object(material):
-    bpy.ops.mesh.primitive_cube_add()
-    item = bpy.context.object
-    item.data.materials.append(material)
-    spot = first(item)
-    item.location.x = 7
-    bpy.context.view_layer.update()
-    assert spot.frame(item.matrix_world)[0, 3] == pytest.approx(7)
-
-
 def test_a_scale_of_nothing_is_survived(material):
     bpy.ops.mesh.primitive_cube_add()
     item = bpy.context.object

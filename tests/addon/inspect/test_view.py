@@ -57,12 +57,6 @@ def test_a_ray_goes_through_what_is_seen_at_its_pixel(view, orthographic):
         np.testing.assert_allclose(seen.direction_to_viewer(point), -direction, atol=1e-9)
 
 
-def test_toward_the_viewer_is_toward_the_camera(view):
-    toward = view().direction_to_viewer((0.5, 0.5, 0.5))
-    expected = np.array((3, -6, 4)) - 0.5
-    np.testing.assert_allclose(toward, expected / np.linalg.norm(expected), atol=1e-6)
-
-
 def test_a_point_behind_the_viewer_is_nowhere(view):
     assert np.isnan(view().project((6, -13, 7))).all()
     assert view().pixel((6, -13, 7)) == 0

@@ -1,13 +1,35 @@
 """What the commands for folders refuse and say, and what Convert Folder asks of them."""
 
 import math
+import os
 from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
-from support import command
+from support import checkout, command
 from support.operators import methods
+
+CRASHES_AT_EXIT = """
+import ctypes, runpy, sys
+libc = ctypes.CDLL(None)
+libc.__cxa_atexit(libc.abort, None, None)
+runpy.run_path(sys.argv.pop(1), run_name="__main__")
+"""
+
+
+@pytest.mark.parametrize(("given", "code", "said"), [
+    (("convert", "{}/data", "-o", "{}/a.blend"), 1, "a.blend: 0 done, 1 failed"),
+    (("convert",), 2, "PATH"), (("--help",), 0, "convert")])
+def test_a_process_of_its_own_ends_with_its_exit_code_however_blender_would_end(tmp_path, given, code, said):
+    """Blender 4.2 as a module crashes in what is called at the end of a process, and 4.5 waits there forever."""
+    for name in ("data", "temporary"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "data" / "a.astm").write_text("nonsense")
+    done = checkout.run_python("-c", CRASHES_AT_EXIT, checkout.ROOT / "__main__.py", *(
+        each.format(tmp_path) for each in given), env=os.environ | {"TMPDIR": str(tmp_path / "temporary")}, timeout=60)
+    assert (done.returncode, said in done.stdout + done.stderr) == (code, True), done.stdout + done.stderr
+    assert not [*(tmp_path / "temporary").iterdir()]
 
 
 @pytest.mark.parametrize(("given", "said"), [

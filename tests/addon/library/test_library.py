@@ -27,10 +27,10 @@ from support import command
 from support.blend_state import state
 from support.cases import quick, release
 from support.checkout import ROOT
+from support.command import CHEAP, convert
 from support.damaged_npz import with_header
 from support.stage import black_scene
 
-CHEAP = ["--preset", "Paper", "--diffuse-level", "2", "--specular-level", "4", "--compression", "80"]      # and good
 SETTINGS = {"preset": "Paper", "diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 
 
@@ -46,10 +46,6 @@ def folder(tmp_path, glossy, write_astm):
 @pytest.fixture
 def library(blender, tmp_path):
     return tmp_path / "out" / "library.blend"
-
-
-def convert(folder, out, *more):
-    return command.run("convert", folder, "-o", out, *CHEAP, *more)
 
 
 def names(path, kind="materials"):
@@ -563,15 +559,6 @@ def test_a_material_that_cannot_be_made_is_a_failed_row_and_ends_nothing(extensi
     batch._make_material(None, SimpleNamespace(), made, rows, task, SimpleNamespace(error=None, result=(None, None)))
     assert made == []
     assert rows == [batch.Row("a.astm", "failed: no compiler")]
-
-
-def test_a_folder_and_a_file_of_another_kind_are_not_replaced_by_a_library(blender, extension, tmp_path):
-    library_file = extension.addon.core.libraries.library_file
-    (tmp_path / "library.blend").mkdir()
-    assert library_file.refusal(tmp_path / "library.blend").endswith("library.blend is not a file")
-    with (pytest.raises(library_file.LibraryError, match=r"expected a name that ends in \.blend"),
-          library_file.writing(tmp_path / "library.txt", force=True)):
-        pass
 
 
 def test_an_open_file_that_was_deleted_refuses_nothing(blender, tmp_path):

@@ -3,8 +3,8 @@
 import bpy
 import pytest
 
-from support import command
 from support.cases import release
+from support.command import convert
 from support.synthetic import make_files
 
 SHARDS = 2
@@ -20,11 +20,6 @@ def measurements(tmp_path):
     for path in files[:4]:
         path.unlink()
     return folder
-
-
-def convert(folder, library, *more):
-    return command.run("convert", folder, "-o", library, "--preset", "Paper", "--diffuse-level", "2",
-                       "--specular-level", "4", "--compression", "80", *more)
 
 
 def convert_shards(folder, library):

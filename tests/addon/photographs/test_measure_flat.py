@@ -16,6 +16,7 @@ from support.anisotropic import brushed_fit
 from support.blend_state import state, whole_state
 from support.cases import quick, release
 from tests.addon.photographs.test_photographs import fail_everywhere, refused, remember
+from tests.addon.photographs.test_sample_scene import positions
 from tests.addon.work.test_at_every_tick import driven
 
 SIZE = flat_files.SIZE
@@ -58,7 +59,7 @@ def measured_once(extension, monkeypatch):
         return repr(arguments), *(Path(path).read_text("utf-8") for path in paths)
 
     work = extension.addon.photographs.work
-    remember(monkeypatch, work, ("find_sample_description", "measure_sample"), _measured, key)
+    remember(monkeypatch, work, ("find_scene", "measure_sample"), _measured, key)
 
 
 _measured = {}
@@ -202,7 +203,7 @@ def test_materials_are_looked_at_before_any_is_fitted(extension, written, monkey
     work = extension.addon.photographs.work
     monkeypatch.setattr(work.tasks, "outcome", lambda *_, **__: pytest.fail("fitted"))
     with pytest.raises(ValueError, match="brushed: anisotropic, expected materials that are isotropic"):
-        work.find_sample_description([str(path)], 0.1, 0, {}, {"colours": "Rec.709"})
+        work.find_scene([str(path)], {"sample": {}}, 0, {}, {"colours": "Rec.709"})
 
 
 @pytest.mark.parametrize(("name", "message"), [
@@ -247,13 +248,6 @@ def few(written):
                    ("[sample]", "[sample]\noutline = [[0, 0], [100, 0], [100, 90], [0, 90]]"))
 
 
-def light_positions(folder):
-    path = folder / "dome.lp"
-    path.write_text("10\n" + "".join(f"lamp{k}.exr {x} {y} {z}\n" for k, (x, y, z) in enumerate(
-        flat_scene.lamps(10), start=1)), "utf-8")
-    return path
-
-
 @pytest.fixture
 def compared_at_once(extension, monkeypatch):
     """Without a second Blender, which renders for seconds."""
@@ -275,7 +269,7 @@ def test_an_error_anywhere_changes_nothing(scene, few, capfd, compared_at_once, 
         operators.measure_sample()
         operators.compare_photograph()
         run = {"camera": operators.fit_outline, "compare": operators.compare_photograph,
-               "lamps": partial(operators.place_lamp, filepath=str(light_positions(few.parent)))}.get(
+               "lamps": partial(operators.place_lamp, filepath=str(positions(few.parent, "dome.lp", False)))}.get(
                    name, operators.measure_sample)
         settings.tile, settings.texels = name == "tile", 20
         settings.camera.location.x += 0.01
@@ -287,14 +281,14 @@ def test_an_error_anywhere_changes_nothing(scene, few, capfd, compared_at_once, 
 @pytest.mark.parametrize("name", ["import", "measure"])
 def test_an_interruption_changes_nothing(extension, scene, few, monkeypatch, name):
     """Ctrl C while data is made."""
-    from measured_brdf.addon.photographs import flat
+    from measured_brdf.addon.photographs import flat, operators
     from measured_brdf.addon.photographs import stage as made
 
     def interrupt(*_):
         raise KeyboardInterrupt
 
     bpy.ops.measured_brdf.measure_sample_photographs(filepath=str(few))
-    operator, shared = {"import": (flat.MEASUREDBRDF_OT_measure_sample_photographs, flat.MakesScene),
+    operator, shared = {"import": (operators.MEASUREDBRDF_OT_measure_sample_photographs, operators.MakesScene),
                         "measure": (flat.MEASUREDBRDF_OT_measure_sample, flat.HasPhotographs)}[name]
     driven_operator = driven(operator, shared, filepath=str(few), directory="", files=(), width=0.1, exposures=0)
     monkeypatch.setattr(made, "camera_pose", interrupt)

@@ -44,8 +44,8 @@ def opened(blender, written):
 
 def corner_pixel(item, corner):
     """Where Blender's camera shows a vertex of an object: column and row."""
-    bpy.context.view_layer.update()
-    return pixel(item.matrix_world @ item.data.vertices[corner].co)
+    evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return pixel(evaluated.matrix_world @ item.data.vertices[corner].co)
 
 
 def names(folder):

@@ -5,8 +5,7 @@ import pytest
 from measured_brdf.addon.core.storage.outcomes import FitRequest, Fitted
 from measured_brdf.addon.work import icons, queries, tasks
 
-from support.anisotropic import brushed_fit
-from support.anisotropic_tables import STEEL, few, write
+from support.anisotropic import STEEL, brushed_fit, few, write_table
 from support.cases import release
 
 CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 90.0, "method": "mba"}
@@ -15,14 +14,8 @@ CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 90.0, "method":
 @pytest.fixture
 def data(tmp_path):
     """Brushed steel at a few directions, read as the panel reads it."""
-    path = write(tmp_path / "steel.csv", STEEL, directions=few())
+    path = write_table(tmp_path / "steel.csv", STEEL, directions=few())
     return tasks.read(str(path), None)
-
-
-def test_a_file_that_is_read_as_isotropic_is_other_measurements(data):
-    again = tasks.read(data.measured.path, None, how={"isotropic": True})
-    assert again.digest != data.digest
-    assert (again.description.rotations, data.description.rotations.count) == (None, 6)
 
 
 @release

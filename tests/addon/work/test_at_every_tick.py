@@ -151,19 +151,6 @@ def test_a_fit_survives(blender, folder, disturb, at):
         assert "removed meanwhile" in operator.reports[-1][1] or disturb is open_another
 
 
-def test_the_material_goes_to_the_object_that_was_active_when_it_began(blender, folder):
-    scene(folder)
-    cube = bpy.context.object
-    operator = importing(folder)
-
-    def choose_another():
-        bpy.ops.mesh.primitive_uv_sphere_add()
-
-    assert run(operator, choose_another, 1)[-1] == {"FINISHED"}
-    assert cube.active_material.name == "a.001"
-    assert bpy.context.object.active_material is None
-
-
 @release
 def test_a_conversion_touches_nothing_of_the_open_file(blender, folder, tmp_path):
     """Not even while it works: its Blender is another one."""

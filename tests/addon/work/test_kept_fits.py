@@ -62,26 +62,16 @@ def test_the_fit_of_a_material_comes_out_of_its_shader(imported, glossy, no_fits
     assert (fit.name, fit.compression, fit.notation) == ("glossy", 80.0, "(2,4,80)")
 
 
-def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(imported, tmp_path, blender, no_fits):
-    name, expected = imported[0].name, imported[1]
-    file = str(tmp_path / "saved.blend")
-    blender.ops.wm.save_as_mainfile(filepath=file)
-    blender.ops.wm.read_homefile(use_empty=True)
-    blender.ops.wm.open_mainfile(filepath=file)
-    material = blender.data.materials[name]
+@pytest.mark.parametrize("link", [False, True])
+def test_pictures_of_a_saved_material_are_those_of_the_fit(imported, from_library, no_fits, link):
+    expected, material = imported[1], from_library(imported[0].name, link)
+    assert material.is_editable != link
     _, sphere = answered(queries.material_sphere, material)
     np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
     _, polar = answered(queries.polar_plot, "", ((queries.embedded_fit(material), ()),), None, 0.6)
     picture, shown = polar.result
     assert np.isnan(shown)                                          # no samples, and so none of their dots
     np.testing.assert_allclose(picture, plane_plot.polar_plot([Plotted(expected)], None, 0.6)[0], atol=0.01)
-
-
-def test_linked_materials_have_pictures(imported, from_library, no_fits):
-    expected, material = imported[1], from_library(imported[0].name)
-    assert not material.is_editable
-    _, sphere = answered(queries.material_sphere, material)
-    np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
 
 
 def test_before_any_worker_answers_the_small_picture_of_the_material_shows(imported, tmp_path, blender, shown_pictures):

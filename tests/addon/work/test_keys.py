@@ -146,16 +146,3 @@ def test_a_panel_asks_anew_about_measurements_that_are_read_otherwise(monkeypatc
         bpy.data.materials.remove(material)
     assert len(asked) == 2 + 2 + len(OPTIONS)
     assert_differ({str(number): key for number, key in enumerate(asked)})
-
-
-def test_a_table_in_percent_is_fitted_anew_once_its_unit_is_said(samples, tmp_path, write_astm):
-    """In one process, whose caches are warm."""
-    arguments = {"diffuse_level": 2, "specular_level": None}
-    path = str(write_astm(tmp_path / "percent.astm", replace(samples, values=100 * samples.values)))
-    percent = tasks.outcome(path, "", arguments)
-    right = tasks.outcome(path, "", arguments, how={"quantity": "brdf_percent"})
-    assert right.fitted.errors.rmse == pytest.approx(percent.fitted.errors.rmse / 100, rel=1e-3)
-    assert right.measured.digest != percent.measured.digest
-    again = tasks.outcome(str(write_astm(tmp_path / "twice.astm", replace(samples, values=2 * samples.values))), "",
-                          arguments)
-    assert again.fitted.errors.rmse == pytest.approx(2 * right.fitted.errors.rmse, rel=1e-3)

@@ -13,6 +13,7 @@ import pytest
 from measured_brdf.addon.core.storage.outcomes import FitRequest
 from measured_brdf.addon.work import process, shared, tasks
 from measured_brdf.addon.work.job import Job, read_progress, write_progress
+from measured_brdf.fitter.storage import files
 
 import fitter
 from fitter.samples import subset
@@ -165,7 +166,7 @@ def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, m
         raise answers.pop(0)
 
     monkeypatch.setenv(shared.WORKERS_FOLDER, str(tmp_path))
-    monkeypatch.setattr(shared.fcntl, "flock", flock)
+    monkeypatch.setattr(files.fcntl, "flock", flock)
     assert shared.once("key", lambda: 5) == 5
 
 

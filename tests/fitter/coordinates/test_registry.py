@@ -8,11 +8,12 @@ from fitter.coordinates import COORDINATES, ISOTROPIC_AXES
 from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import HalfDifference
-from fitter.coordinates.rusinkiewicz import Rusinkiewicz
+from fitter.coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
 
 STRETCHED = (HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0), HalfAngle(33.0), HalfAngle(1000.0),
-             HalfAngle(5.0, 33.0),             AnisotropicRusinkiewicz(33.0, 5.0, 0.7))
-SYSTEMS = [*(make() for make in COORDINATES.values()), *STRETCHED]
+             HalfAngle(5.0, 33.0), AnisotropicRusinkiewicz(33.0, 5.0, 0.7))
+SOFTENED = [make(softening) for make in (HalfDifference, Rusinkiewicz) for softening in (LEAST_SOFTENING, 0.3)]
+SYSTEMS = [*(make() for make in COORDINATES.values()), *STRETCHED, *SOFTENED]
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=str)
 every_isotropic_system, every_anisotropic_system = (
     pytest.mark.parametrize("system", [system for system in SYSTEMS if (len(system.axes) == ISOTROPIC_AXES) is wanted],

@@ -56,9 +56,3 @@ def test_no_seam_has_a_jump_a_kink_or_a_bend(system, seam, random):
         steps /= np.linalg.norm(steps, axis=(1, 2), keepdims=True)
         large, small = (np.max([jump(system, pair, step, length) for step in steps], axis=0) for length in (1e-4, 1e-5))
         assert (small <= 3e-3 * large + 3e-13).all(), pair          # of the third order: a thousandth
-
-
-@pytest.mark.parametrize("pair", SEAMS["retro-reflection"][1:])
-def test_the_check_finds_the_jump_without_softening(pair):
-    step = np.array([[1.0, 0.5], [-0.5, 0.2]])
-    assert jump(HalfDifference(1e-6), pair, step, 1e-5).max() > 1e-3

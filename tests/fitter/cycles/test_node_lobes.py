@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitter.arrays import unit_vectors
 from fitter.cycles import node_lobes
 from fitter.cycles.node_lobes import Pairs, Shape
 
@@ -12,13 +13,12 @@ def shape(roughness, tilt=0.0, anisotropy=0.0):
 
 
 def direction(theta, phi=0.0):
-    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    return unit_vectors(theta, phi)
 
 
 def hemisphere(random, count):
     """Directions above the horizon, evenly by solid angle: (count, 3)."""
-    z, azimuth = random.random(count), 2 * np.pi * random.random(count)
-    return np.stack([np.sqrt(1 - z * z) * np.cos(azimuth), np.sqrt(1 - z * z) * np.sin(azimuth), z], axis=1)
+    return unit_vectors(np.arccos(random.random(count)), 2 * np.pi * random.random(count))
 
 
 def value(kind, form, wo, wi, tangent=(1.0, 0, 0)):

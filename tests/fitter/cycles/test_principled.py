@@ -151,7 +151,3 @@ def test_what_is_called_a_metal_is_metallic(name):
         pytest.skip(f"{nets} is absent")
     closest = principled.principled(neural.published(nets, name))
     assert closest.metallic == (name in METALS)
-
-
-def test_the_same_fit_has_the_same_principled():
-    assert str(principled.principled(KNOWN["cloth"])) == str(principled.principled(KNOWN["cloth"]))

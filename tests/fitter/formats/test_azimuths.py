@@ -14,27 +14,21 @@ FILES = {
     "paint.astm": "VARS theta_i,phi_i,theta_s,phi_s,BRDF\n.5,0,.5,3.1,.2\n.5,{0},.6,{1},.1\n",
     "scan.txt": "type bsdf_data\nformat angles=deg bsdf=value scale=1\n10 0\n5 180 .02\n5 {0} .03\n",
     "red.brdf": "3\n400 550 700\n.3 0 .3 3.1 .1 .1 .1\n.3 {0} .4 {1} .1 .1 .1\n"}
-LINES = {"scan.csv": 3, "between.csv": 3, "radians.csv": 3, "paint.astm": 3, "scan.txt": 5, "red.brdf": 4}
 
 
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("azimuths", [("1e300", "1e300"), ("-1.7e308", "1.7e308"), ("1000001", "0"), ("-1e7", "-1e7")])
-def test_an_azimuth_that_is_no_angle_is_an_error_of_its_line(name, azimuths, tmp_path):
-    path = tmp_path / name
-    path.write_text(FILES[name].format(*azimuths))
+def test_an_azimuth_that_is_no_angle_is_an_error_of_its_line(name, azimuths, load):
+    last = len(FILES[name].splitlines())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with pytest.raises(fitter.DatasetError, match=rf"{name}:{LINES[name]}: an azimuth of .* at most 1,000,000"):
-            fitter.load(path)
+        with pytest.raises(fitter.DatasetError, match=rf"{name}:{last}: an azimuth of .* at most 1,000,000"):
+            load(FILES[name].format(*azimuths), name)
 
 
 @pytest.mark.parametrize("turns", [-2700, -1, 1, 2700])
-def test_azimuths_over_many_turns_are_the_same_directions(turns, tmp_path):
-    path = tmp_path / "scan.csv"
-    path.write_text(FILES["scan.csv"].format(20, 170))
-    expected = fitter.load(path)
-    path.write_text(FILES["scan.csv"].format(20 + 360 * turns, 170))
-    found = fitter.load(path)
+def test_azimuths_over_many_turns_are_the_same_directions(turns, load):
+    expected, found = (load(FILES["scan.csv"].format(azimuth, 170), "scan.csv") for azimuth in (20, 20 + 360 * turns))
     np.testing.assert_allclose(np.exp(1j * (found.phi_o - found.phi_i)), np.exp(1j * (expected.phi_o - expected.phi_i)),
                                atol=1e-9)
 

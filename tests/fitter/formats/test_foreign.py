@@ -7,10 +7,10 @@ import zipfile
 import numpy as np
 import pytest
 
-import fitter
 from fitter import DatasetError
-from fitter.formats import foreign
 from support import hostile_fits, zemax_files
+
+FILE = "dropped.bsdf"
 
 
 def zipped(**members):
@@ -29,12 +29,8 @@ def png():
     return stream.getvalue()
 
 
-def matlab_7_3():
-    return b"\x89HDF\r\n\x1a\n" + bytes(200)
-
-
 @pytest.mark.parametrize(("content", "expected"), [
-    (matlab_7_3(), "HDF5"), (b"OPTIS - brdf surface file v8.0\n0 1\n", "Speos"),
+    (b"\x89HDF\r\n\x1a\n" + bytes(200), "HDF5"), (b"OPTIS - brdf surface file v8.0\n0 1\n", "Speos"),
     (b"TracePro Surface Property Data\nFile Name\tmine\n", "TracePro.*Zemax"),
     (b"!!EDS10\n1 2 3\n0.1 0.2 0.3\n", "RPC Photonics.*which are not read; .*Zemax"),
     (b"EDC-20\r\n!!BSDF Data\r\n0 0.1\r\n5 0.2\r\n", "RPC Photonics"),
@@ -60,24 +56,18 @@ def matlab_7_3():
     ("theta_i,theta_o,phi,BRDF\n".encode("utf-32"), "UTF-32"),
     (b"\0\0\xfe\xff" + "theta_i,theta_o,phi,BRDF\n".encode("utf-32-be"), "UTF-32"),
     (b"theta_i,theta_o,phi,BTDF\n30,30,0,1\n", "'BTDF' found.*transmitted light")])
-def test_a_foreign_file_is_named(tmp_path, content, expected):
-    path = tmp_path / "dropped.bsdf"
-    path.write_bytes(content)
+def test_a_foreign_file_is_named(load, content, expected):
     with pytest.raises(DatasetError, match=rf"dropped\.bsdf:(\d+:)? .*{expected}") as refused:
-        fitter.load(path)
+        load(content)
     assert "in no known format" not in str(refused.value)
 
 
 @pytest.mark.parametrize("content", [b"\x01\x02\0\x03" * 40, b"a scan of paper\nand its words\n"])
-def test_a_file_whose_content_tells_nothing_is_named_by_its_extension(tmp_path, content):
-    (tmp_path / "paper.JDV").write_bytes(content)
+def test_a_file_whose_content_tells_nothing_is_named_by_its_extension(load, content):
     with pytest.raises(DatasetError, match=r"paper\.JDV: .*REFLET.*export it as ASTM"):
-        fitter.load(tmp_path / "paper.JDV")
+        load(content, "paper.JDV")
 
 
-def test_what_is_really_unknown_is_said_to_be(tmp_path):
-    path = tmp_path / "dropped.txt"
-    path.write_text("Dear diary,\ntoday I measured nothing.\n")
-    assert foreign.describe(path.read_bytes()) is None
+def test_what_is_really_unknown_is_said_to_be(load):
     with pytest.raises(DatasetError, match="in no known format; expected one of"):
-        fitter.load(path)
+        load("Dear diary,\ntoday I measured nothing.\n", "dropped.txt")

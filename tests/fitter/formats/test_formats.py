@@ -183,8 +183,13 @@ def test_red_green_and_blue_curet_files_make_one_set(tmp_path):
         np.testing.assert_allclose(samples.values[7], [2.007, 4.007, 6.007])
 
 
-def test_a_red_curet_file_alone_is_grey(load):
-    assert load(curet_text(1), "rbrdf.dat").channels == ("grey",)
+def test_curet_files_of_fewer_than_three_colours_are_grey_and_files_of_their_own(tmp_path):
+    red, green = (write(tmp_path, curet_text(1), f"{letter}brdf.dat") for letter in "rg")
+    assert fitter.load(red).channels == fitter.load(green).channels == ("grey",)
+    assert not formats.is_read_with_another(green, [red])
+    blue = write(tmp_path, curet_text(1), "bbrdf.dat")
+    assert [formats.is_read_with_another(each, [red]) for each in (red, green, blue)] == [False, True, True]
+    assert not formats.is_read_with_another(green, [blue])
 
 
 def test_a_sample_missing_from_one_colour_is_reported(tmp_path):
@@ -276,20 +281,18 @@ def test_pbrt_rows_may_break_anywhere(load):
     (curet_text(1) + "\n00000000155 " + "0.1 " * 205, 4, "sample number from 1 to 61"),
     ("1 " + "0.1 " * 204, 1, "205 entries found, expected 206"),
 ])
-def test_malformed_text_is_refused_with_file_line_and_expectation(tmp_path, text, line, expected):
-    path = write(tmp_path, text, "bad.dat")
-    with pytest.raises(DatasetError, match=f"^{re.escape(str(path))}:{line}: .*{re.escape(expected)}"):
-        fitter.load(path)
+def test_malformed_text_is_refused_with_file_line_and_expectation(load, tmp_path, text, line, expected):
+    with pytest.raises(DatasetError, match=f"^{re.escape(str(tmp_path))}/bad.dat:{line}: .*{re.escape(expected)}"):
+        load(text, "bad.dat")
 
 
 @pytest.mark.parametrize("content", [
     b"hello", b"\x89PNG\r\n\x1a\n\0\0", b"1 2 3\n4 5 6", b"31\n", b"[1, 2]", b"   \n ", b"",
     "VARS theta_i".encode("utf-16"), b"0" * 10000, b"#\n#\n", b"\xef\xbb\xbf", b"\x1c\x1d", b"\xa0",
     "\u2028".encode(), "1\u0663 ".encode() * 300, b"\n \t\r\n", b"\0", b"#", b"-", b"VARS"])
-def test_anything_else_is_refused(tmp_path, content):
-    path = write(tmp_path, content)
-    with pytest.raises(DatasetError, match=re.escape(str(path))):
-        fitter.load(path)
+def test_anything_else_is_refused(load, content):
+    with pytest.raises(DatasetError, match=r"data\.txt"):
+        load(content)
 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):

@@ -7,7 +7,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import isotropy
 from fitter.samples import Samples
-from support import anisotropic_instruments as instruments
+from support import anisotropic as instruments
 
 ISOTROPIC = {"matte": instruments.ggx(1, 1, 0.5, specular=0), "gloss": instruments.ggx(0.1, 0.1),
              "satin": instruments.ggx(0.3, 0.3), "mirror": instruments.ggx(0.03, 0.03, 0.05)}

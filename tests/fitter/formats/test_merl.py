@@ -8,7 +8,7 @@ import pytest
 import fitter
 from fitter import DatasetError, cli
 from support import merl_files
-from support.anisotropic_instruments import unit
+from support.anisotropic import unit
 
 FILE = "gold-paint.binary"
 RIGHT = np.pi / 2
@@ -95,33 +95,10 @@ def test_other_types_of_numbers(load, kind):
     np.testing.assert_allclose(found.values, expected.values, rtol=1e-6 if kind == "<f4" else 1e-3)
 
 
-@pytest.fixture(scope="module")
-def net():
-    module = merl_files.nets()
-    if module is None:
+def test_a_file_of_the_tool_is_read_whole(tmp_path, monkeypatch):
+    net = merl_files.nets()
+    if net is None:
         pytest.skip("the nets that stand for MERL's files are absent")
-    return module
-
-
-@pytest.mark.parametrize("cells", [90, 45])
-def test_samples_are_the_nets_in_their_directions(load, net, cells):
-    """The convention of cells: at centres, or with theta_h linear, the net gives other values."""
-    weights = np.load(net.NETS)
-    weights = weights["weights"][list(weights["names"]).index("alum-bronze")].astype(float)
-    theta_h, theta_d, phi_d = (axis.ravel() for axis in np.meshgrid(
-        (np.arange(cells) / cells) ** 2 * RIGHT, np.arange(cells) / cells * RIGHT, np.arange(2 * cells) / cells * RIGHT,
-        indexing="ij"))
-    values = net.evaluate(weights, theta_h, theta_d, phi_d).reshape(cells, cells, 2 * cells, 3)
-    samples = load(merl_files.pack(values))
-    some = np.random.default_rng(3).choice(len(samples), 5000, replace=False)
-    some = fitter.samples.subset(samples, some)
-    theta_h, theta_d, phi_d = half_and_difference(some)
-    np.testing.assert_allclose(some.values, net.evaluate(weights, theta_h, theta_d, phi_d), rtol=1e-5, atol=1e-9)
-    centred = net.evaluate(weights, theta_h, theta_d + RIGHT / cells / 2, phi_d)
-    assert np.median(np.abs(centred / some.values - 1)) > 1e-3
-
-
-def test_a_file_of_the_tool_is_read_whole(tmp_path, net, monkeypatch):
     path = tmp_path / "gold-paint.binary"
     monkeypatch.setattr("sys.argv", ["merl_binary.py", "gold-paint", str(path)])
     net.main()

@@ -8,7 +8,7 @@ import pytest
 
 import fitter
 from fitter import DatasetError, UnitsUnknownError, cli, formats
-from fitter.formats import FORMATS, illuminants, reading, spectra, utia
+from fitter.formats import FORMATS, reading, spectra, utia
 from fitter.formats import text as text_of_files
 from fitter.samples import SYMMETRIES
 from tools import fuzz
@@ -139,7 +139,7 @@ def test_a_note_names_the_options_that_a_format_does_not_have(tmp_path):
 
 def test_the_choices_of_an_option_are_what_readers_know():
     known = {"angles": ("degrees", "radians"), "quantity": tuple(reading.QUANTITIES), "symmetry": SYMMETRIES,
-             "illuminant": illuminants.ILLUMINANTS, "encoding": tuple(utia._NOTES), "isotropic": (True, False),
+             "illuminant": spectra.ILLUMINANTS, "encoding": tuple(utia._NOTES), "isotropic": (True, False),
              "keep_unmeasured": (True, False), "columns": ()}
     assert {name: option.values for name, option in reading.OPTIONS.items()} == known
 

@@ -36,7 +36,7 @@ def path(tmp_path):
 def recognised_by(content):
     """All formats that recognise a file, each asked with the content in the form that it takes."""
     try:
-        text = plain_text(content, "example")
+        text = plain_text(content)
     except DatasetError:
         text = None
     return [known for known in FORMATS

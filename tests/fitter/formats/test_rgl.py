@@ -7,7 +7,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
-from support.anisotropic_instruments import unit
+from support.anisotropic import unit
 
 FOLDER = checkout.measurements() / "rgl"
 GOLDEN = sorted(path for path in FOLDER.glob("*_rgb.bsdf") if "aniso" not in path.name)
@@ -17,7 +17,7 @@ ROUNDING = 1.2e-7       # radians: the authors' reader computes in single precis
 
 
 def table_of(path):
-    return rgl.read_table(path, path.read_bytes())
+    return rgl.read_table(path.read_bytes())
 
 
 def directions(count, random):
@@ -66,7 +66,7 @@ def test_samples_are_the_function_at_its_nodes(path):
 def test_nodes_above_the_horizon_are_those_that_the_file_marks(path):
     """`valid` has a bit for each node, set for those above the horizon in some files, below it in others."""
     table = table_of(path)
-    fields = rgl.tensor_file.read(path.read_bytes(), path)
+    fields = rgl.read_arrays(path.read_bytes())
     size = table.values.shape[1]
     marked = np.unpackbits(fields["valid"])[:table.values.size // 3].reshape(-1, size, size)[:-1, :-1]
     marked = marked if marked.mean() > 0.5 else 1 - marked

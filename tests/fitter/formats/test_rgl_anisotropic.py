@@ -14,7 +14,7 @@ import fitter
 from fitter import DatasetError
 from fitter.formats import rgl
 from support import checkout, tensor_files
-from support.anisotropic_instruments import unit
+from support.anisotropic import unit
 
 FILE = checkout.measurements() / "rgl" / "synthetic_aniso_rgb.bsdf"
 real = pytest.mark.skipif(not FILE.is_file(), reason=f"{FILE} is absent")
@@ -22,7 +22,7 @@ AZIMUTHS = np.radians(np.arange(-180, 181, 30))
 
 
 def read(path):
-    return rgl.read_table(path, path.read_bytes())
+    return rgl.read_table(path.read_bytes())
 
 
 def part(arrays, count):
@@ -52,10 +52,10 @@ def test_it_is_what_mitsuba_finds(golden):
 def test_a_file_is_read_in_little_time_and_memory():
     content = FILE.read_bytes()
     start = time.process_time()
-    samples = rgl.read(FILE, content)
+    samples = rgl.read(content)
     seconds = time.process_time() - start
     tracemalloc.start()
-    rgl.read(FILE, content)
+    rgl.read(content)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert 150_000 < len(samples) < 300_000
@@ -79,58 +79,9 @@ def test_samples_are_the_function_at_its_nodes_and_between(golden):
     assert np.degrees(np.diff(between)).max() < 1
 
 
-def _at(values, place):
-    """Interpolate equidistant values over 0 to 1."""
-    return float(np.interp(place * (len(values) - 1), range(len(values)), values))
-
-
-def _area(values):
-    return sum(values[:-1] + values[1:]) / 2
-
-
-def _where(density, share):
-    """Where, over 0 to 1, a density has this share of its integral below."""
-    density = np.array(density)
-    parts = (density[1:] + density[:-1]) / 2
-    target = share * parts.sum()
-    before = np.append(0, np.cumsum(parts))
-    index = next((index for index in range(len(parts)) if target <= before[index + 1]), len(parts) - 1)
-    low, high = 0.0, 1.0
-    for _ in range(60):
-        middle = (low + high) / 2
-        reached = before[index] + middle * (density[index] + middle / 2 * (density[index + 1] - density[index]))
-        low, high = (middle, high) if reached < target else (low, middle)
-    return (index + low) / len(parts)
-
-
-@real
-def test_only_the_nodes_whose_half_vectors_mirror_above_the_horizon_are_samples():
-    """Node by node of one slice, with the naive inverse of its warp."""
-    table, row, column = read(FILE), 5, 3
-    index = row * len(table.theta_i) + column
-    theta_i, phi_i, theta_o, phi_o, values = table.nodes()
-    here = np.flatnonzero((theta_i == table.theta_i[column]) & (phi_i == table.phi_i[row]))
-    density, size, found = table.warp.density[index], table.values.shape[1], []
-    angle, turn = table.theta_i[column], table.phi_i[row]
-    wi = unit(angle, turn)
-    for j in range(size - 1):
-        y = _where([_area(line) for line in density], j / (size - 1))
-        line = [_at(values_at, y) for values_at in density.T]
-        for i in range(0 if j == 0 else 1, size):
-            x = _where(line, i / (size - 1)) if i else 0.0
-            theta, phi = x * x * np.pi / 2, (2 * y - 1) * np.pi
-            half = unit(theta, phi)
-            wo = 2 * (half @ wi) * half - wi
-            if wo[2] > 1e-6:
-                found.append(wo)
-    assert len(found) == len(here)
-    np.testing.assert_allclose(unit(theta_o, phi_o).T[here], found, atol=1e-6)
-    assert values.shape == (len(theta_i), 3)
-
-
 @real
 def test_half_a_turn_stands_for_a_whole_one(written, golden):
-    path = written(part(rgl.tensor_file.read(FILE.read_bytes(), FILE), 9))
+    path = written(part(rgl.read_arrays(FILE.read_bytes()), 9))
     table, whole = read(path), read(FILE)
     theta_i, phi_i, theta_o, phi_o = golden[0]
     turned = np.where(phi_i > 0, np.pi, 0)

@@ -6,7 +6,6 @@ Each table must give the surface's own formula at the directions that were meant
 import numpy as np
 import pytest
 
-import fitter
 from fitter import ColumnsUnknownError, DatasetError, UnitsUnknownError
 from fitter.formats.names import parse, role, value
 
@@ -275,10 +274,9 @@ def test_columns_that_a_user_says_wrongly(load, columns, expected):
         load("1;2;3;4;5\n", columns=columns)
 
 
-def test_columns_of_a_file_that_says_them_itself_have_no_effect(tmp_path):
-    path = tmp_path / "paint.astm"
-    path.write_text("VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n0.5,0,0.5,3.1,0.1,0.2,0.6\n")
-    assert "Without effect on Cornell files: columns" in fitter.load(path, columns="theta_i,theta_o").notes
+def test_columns_of_a_file_that_says_them_itself_have_no_effect(load):
+    samples = load("VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n0.5,0,0.5,3.1,0.1,0.2,0.6\n", columns="theta_i,theta_o")
+    assert "Without effect on Cornell files: columns" in samples.notes
 
 
 @pytest.mark.parametrize(("name", "meant"), [

@@ -33,7 +33,7 @@ def test_it_is_what_the_file_that_it_was_converted_from_is(goniometer, projected
     if angle == 15:                                     # where the percentage was measured
         total = float(next(line for line in goniometer("ansys_planesymmetric_brdf_zemax.bsdf").read_text().splitlines()
                            if line.startswith("TIS")).split()[1])
-        assert factor == pytest.approx(total / 0.130, rel=0.01)         # .130: f cos theta_o, integrated by test_zemax
+        assert factor == pytest.approx(total / 0.130, rel=0.01)         # .130: the integral of f cos theta_o
 
 
 def lobe(theta, phi):

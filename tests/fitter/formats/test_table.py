@@ -235,11 +235,9 @@ def test_real_measurements_written_as_a_table_are_the_same(load, cornell):
     ("30;0;45,5;180;0,2\r\n", "5 columns of numbers without names found"),
     ("1,2\n3,4\n", "in no known format"), ("alpha beta\ngamma delta\n", "in no known format"),
     ("Tuesday: measured\nthe blue one: again\n", "in no known format")])
-def test_a_table_whose_columns_mean_nothing_is_told_which_are_needed(tmp_path, text, says):
-    path = tmp_path / "table.csv"
-    path.write_text(text)
+def test_a_table_whose_columns_mean_nothing_is_told_which_are_needed(load, text, says):
     with pytest.raises(DatasetError, match=says):
-        fitter.load(path)
+        load(text)
 
 
 ON_ITS_SIDE = [",".join([name, *(f"{x:g}" for x in column)]) for name, column in zip(

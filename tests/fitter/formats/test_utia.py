@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitter import DatasetError
-from support import anisotropic_instruments as instruments
+from support import anisotropic as instruments
 from support import utia_files
 
 FILE = "fabric01.bin"

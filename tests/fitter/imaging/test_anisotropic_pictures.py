@@ -8,7 +8,7 @@ from fitter.imaging.plane_plot import Plotted
 from fitter.quality import physics
 from fitter.samples import RGB, Samples
 from support.anisotropic import brushed_fit, rotations
-from support.lamp_spheres import reflected_by_lamps
+from support.spheres import reflected_by_lamps
 
 FIT = brushed_fit()
 

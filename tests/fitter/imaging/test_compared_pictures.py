@@ -8,7 +8,6 @@ import pytest
 from fitter.colours import conversion
 from fitter.imaging import pictures, plane_plot
 from fitter.imaging.drawing import BACKGROUND, INK, Canvas
-from fitter.imaging.lobe import plane_curve
 from fitter.imaging.plane_plot import PAIR, Plotted
 from fitter.methods import prior
 from support.anisotropic import brushed_fit
@@ -86,16 +85,7 @@ def test_both_curves_are_cube_roots_of_luminance_from_one_origin_and_to_one_scal
 
 def test_a_curve_follows_the_lights_azimuth_on_an_anisotropic_material():
     fit = brushed_fit()
-    theta, along = plane_curve(fit, 0.5, 0.0)
-    _, turned = plane_curve(fit, 0.5, 1.2)
-    for row in (10, 150, 230):
-        light = np.array([0.5]), np.array([1.2])
-        phi_o = 1.2 + (math.pi if theta[row] >= 0 else 0.0)
-        expected = fit.evaluate(*light, np.array([abs(theta[row])]), np.array([phi_o]))[0]
-        np.testing.assert_allclose(turned[row], expected, rtol=1e-9)
-    assert np.abs(along / turned - 1).max() > 0.1
-    assert np.abs(compared(fit, RED, 0.5, 96, 0.0)
-                  - compared(fit, RED, 0.5, 96, 1.2)).max() > 0.3
+    assert np.abs(compared(fit, RED, 0.5, 96, 0.0) - compared(fit, RED, 0.5, 96, 1.2)).max() > 0.3
 
 
 def test_a_wider_space_has_its_own_luminance():

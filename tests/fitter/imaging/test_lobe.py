@@ -59,16 +59,6 @@ def test_a_vertex_is_as_far_out_as_the_mean_of_its_channels_says(radius, root):
     np.testing.assert_allclose(np.linalg.norm(surface.vertices, axis=1), expected ** root, rtol=1e-6)
 
 
-def test_values_of_an_anisotropic_fit_are_those_in_the_directions_of_the_vertices():
-    fit = brushed_fit()
-    surface = lobe.lobe_surface(fit, 0.6, 1.1)
-    some = np.random.default_rng(1).integers(len(surface.directions), size=30)
-    for number in some:
-        x, y, z = surface.directions[number]
-        expected = fit.evaluate(0.6, 1.1, np.arccos(z), np.arctan2(y, x))
-        np.testing.assert_allclose(surface.values[number], expected, rtol=1e-5)
-
-
 def test_values_below_zero_have_no_radius():
     class Negative:
         def evaluate(self, theta_i, phi_i, theta_o, phi_o):

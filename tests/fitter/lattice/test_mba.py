@@ -85,53 +85,29 @@ def test_a_direction_may_pass_through_the_normal_without_a_crease(scattered):
     assert np.abs(before).max() > 100 * np.abs(before - after).max() / 3
 
 
-def rmse(samples, level, channel=0):
-    _, residual = mba.approximate(Nusselt().encode(*samples.directions), samples.values[:, [channel]], level)
-    return float(np.sqrt(np.mean(residual**2)))
-
-
 # design.md, section 5: an independent implementation on the whole domain, without folding
-@pytest.mark.parametrize(("sample", "level_4", "level_6"), [(1, 0.0189, 0.00059), (5, 0.0410, 0.00084),
-                                                            (15, 0.0253, 0.00123)])
-def test_errors_on_curet_are_those_of_the_reference(curet, sample, level_4, level_6):
-    assert rmse(curet(sample), 4) == pytest.approx(level_4, rel=0.2)
-    assert rmse(curet(sample), 6) == pytest.approx(level_6, rel=0.2)
+@pytest.mark.parametrize(("sample", "channel", "level_4", "level_6"), [
+    (1, 0, 0.0189, 0.00059), (5, 0, 0.0410, 0.00084), (15, 0, 0.0253, 0.00123), ("krylon_blue_RGB", 2, 0.468, 0.0740),
+    ("garnet_red_RGB", 0, 0.202, 0.0275), ("cayman", None, 13.0, 2.14)])
+def test_errors_are_those_of_the_reference(curet, cornell, data, sample, channel, level_4, level_6):
+    samples = curet(sample) if isinstance(sample, int) else cornell(sample)
+    if channel is None:         # the mean of the file's bands
+        path = data / "cornell" / f"{sample}.astm"
+        bands = np.loadtxt(path.read_text("latin-1").split("\nVARS")[1].splitlines()[1:], delimiter=",")[:, 4:]
+        assert bands.shape[1] == 31
+        values = bands.mean(axis=1, keepdims=True)
+    else:
+        values = samples.values[:, [channel]]
+    for level, expected in ((4, level_4), (6, level_6)):
+        _, residual = mba.approximate(Nusselt().encode(*samples.directions), values, level)
+        assert np.sqrt(np.mean(residual ** 2)) == pytest.approx(expected, rel=0.2)
 
 
-@pytest.mark.parametrize(("stem", "channel", "level_4", "level_6"),
-                         [("krylon_blue_RGB", 2, 0.468, 0.0740), ("garnet_red_RGB", 0, 0.202, 0.0275)])
-def test_errors_on_cornell_are_those_of_the_reference(cornell, stem, channel, level_4, level_6):
-    assert rmse(cornell(stem), 4, channel) == pytest.approx(level_4, rel=0.2)
-    assert rmse(cornell(stem), 6, channel) == pytest.approx(level_6, rel=0.2)
-
-
-def test_error_on_the_mean_of_caymans_bands_is_that_of_the_reference(data, cornell):
-    path = data / "cornell" / "cayman.astm"
-    bands = np.loadtxt(path.read_text("latin-1").split("\nVARS")[1].splitlines()[1:], delimiter=",")[:, 4:]
-    assert bands.shape[1] == 31
-    x = Nusselt().encode(*cornell("cayman").directions)
-    for level, expected in ((4, 13.0), (6, 2.14)):
-        _, residual = mba.approximate(x, bands.mean(axis=1, keepdims=True), level)
-        assert np.sqrt(np.mean(residual**2)) == pytest.approx(expected, rel=0.2)
-
-
-def levels_of(samples):
+def test_error_falls_with_every_level_on_all_samples_of_curet_and_files_of_cornell(curet, data):
     """RMSE at levels 0 to 7, all channels."""
-    x = Nusselt().encode(*samples.directions)
-    residual, errors = samples.values, []
-    for level in range(8):
-        residual = residual - dense.evaluate(mba.basis_approximation(x, residual, level), level, x)
-        errors.append(float(np.sqrt(np.mean(residual**2))))
-    return errors
-
-
-def test_error_falls_with_every_level_on_all_curet_samples(curet):
-    for number in range(1, 62):
-        errors = levels_of(curet(number))
-        assert all(fine < coarse for coarse, fine in pairwise(errors)), (number, errors)
-
-
-def test_error_falls_with_every_level_on_all_cornell_files(data):
-    for path in sorted((data / "cornell").iterdir()):
-        errors = levels_of(fitter.load(path))
-        assert all(fine < coarse for coarse, fine in pairwise(errors)), (path.name, errors)
+    for samples in (*map(curet, range(1, 62)), *map(fitter.load, sorted((data / "cornell").iterdir()))):
+        x, residual, errors = Nusselt().encode(*samples.directions), samples.values, []
+        for level in range(8):
+            residual = residual - dense.evaluate(mba.basis_approximation(x, residual, level), level, x)
+            errors.append(float(np.sqrt(np.mean(residual ** 2))))
+        assert all(fine < coarse for coarse, fine in pairwise(errors)), (samples.name, errors)

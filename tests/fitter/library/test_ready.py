@@ -7,7 +7,7 @@ import fitter
 from fitter.library import ready
 from fitter.model import published
 from support.cases import quick
-from support.library import albedo_error, swapped_error
+from support.faults import albedo_error, swapped_error
 
 # RMSE of the cube root of values times cosine, as a share of its mean: what Standard has, or 0.01 where
 # that is better

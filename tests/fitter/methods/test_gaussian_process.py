@@ -58,13 +58,6 @@ def test_of_four_axes_exchanged_directions_have_one_value(random):
     np.testing.assert_allclose(Kernel().covariance(mu, exchanged), Kernel().covariance(mu, probe), atol=1e-12)
 
 
-def test_a_field_of_reciprocity_1_has_one_value_for_exchanged_directions(mu, random):
-    """Far from the samples too, where the trend is all that is left of it."""
-    field, _ = krige(mu, random.standard_normal((40, 2)), Kernel(0.01, 1e-3, 1.0), np.zeros(40))
-    probe = random.random((30, 3)) * [1, 2, 1] - [0, 1, 0]
-    np.testing.assert_allclose(field.predict(probe * [1, -1, 1]), field.predict(probe), atol=1e-9)
-
-
 @every_kernel
 def test_a_kernel_is_a_covariance(mu, kernel):
     found = kernel.covariance(mu, mu)
@@ -84,15 +77,6 @@ def test_kriging_is_the_textbooks_formula(mu, random, kernel):
     np.testing.assert_allclose(field.predict(probe), cross @ np.linalg.inv(matrix) @ z, atol=1e-5)
     without = matrix - np.diag(known)
     np.testing.assert_allclose(field.at_samples, without @ np.linalg.inv(matrix) @ z, atol=1e-5)
-
-
-@pytest.mark.parametrize("reciprocity", RECIPROCITIES)
-def test_a_field_is_nearly_or_exactly_that_of_the_exchanged_directions(reciprocity):
-    """One sample far from its images: but for the trend, the reciprocal pair follows it by the ratio of the weights."""
-    kernel, mu = Kernel(0.01, 0.0, reciprocity), np.array([[0.6, 0.5, 0.5]])
-    there, exchanged = (kernel.covariance(mu * signs, mu)[0, 0] - trend(mu[0] * signs, mu[0], kernel)
-                        for signs in ([1, 1, 1], [1, -1, 1]))
-    assert exchanged / there == pytest.approx(reciprocity / (2 - reciprocity), rel=1e-3)
 
 
 @every_kernel

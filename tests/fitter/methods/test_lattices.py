@@ -92,16 +92,6 @@ def test_the_likelihood_of_many_samples_is_scipys(monkeypatch, samples, transfor
     np.testing.assert_allclose(np.subtract(found, found[0]), np.subtract(expected, expected[0]), atol=1e-5)
 
 
-def test_many_samples_are_fitted_by_the_least_errors_and_norm(samples, transform):
-    """The dense lattice alone, by NumPy's least squares over every unknown."""
-    coordinates = HalfDifference(stretch=5.0)
-    fitted, _ = lattices.fit_to_samples(samples, coordinates, transform, KERNEL, Levels(2, None, 0.0))
-    x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
-    design, mu, weight = basis(x, 2)[0], places(2), weights(samples, transform)[:, None]
-    expected = regularised(design, weight, norm_root(mu), z)
-    np.testing.assert_allclose(fitted.evaluate(x), design @ expected, atol=2e-4)
-
-
 def independent(level, keys):
     """The roots of the squared size of independent control points: of each unknown among keys, over all its images."""
     same = dense.representative(level).ravel()[keys]
@@ -207,9 +197,9 @@ def test_the_error_at_what_is_left_out_is_that_of_fits_to_the_rest(samples, tran
         points = np.linalg.solve(weighted.T @ weighted + norm, weighted.T @ (z[~out] * found[~out, None]))
         errors.append(found[out, None] * (matrix[out] @ points - z[out]))
     expected = np.sqrt(np.mean(np.concatenate(errors) ** 2))
-    judge = lattices.IncidenceValidation(samples, system, transform)
-    assert judge.error(kernel) == pytest.approx(expected, rel=1e-5)
-    assert judge.select_kernel([kernel, kernel]) is kernel
+    error = lattices.incidence_error(samples, system, transform)
+    assert error(kernel) == pytest.approx(expected, rel=1e-5)
+    assert lattices.select_kernel([kernel, kernel], error) is kernel
 
 
 @pytest.mark.parametrize("axes", [3, 4])

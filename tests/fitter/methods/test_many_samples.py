@@ -91,7 +91,7 @@ def material(name):
     """A MERL file of 45 x 45 x 90 cells."""
     if not (measurements() / "merl" / "nbrdf_nets.npz").is_file():
         pytest.skip("no MERL materials at hand")
-    return merl.read(f"{name}.binary", merl_files.of_model(neural("merl", name), 45))
+    return merl.read(merl_files.of_model(neural("merl", name), 45))
 
 
 @cache

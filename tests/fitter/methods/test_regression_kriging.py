@@ -6,7 +6,7 @@ from scipy import interpolate
 
 import fitter
 from fitter import Samples
-from fitter.lattice import dense, least_squares
+from fitter.lattice import dense
 from fitter.methods import lattices, regression_kriging
 from fitter.methods.levels import Levels
 from fitter.model import microfacet
@@ -14,7 +14,7 @@ from fitter.quality import cross_validation
 from fitter.samples import RGB, subset
 from support import truths
 from support.cases import quick, release
-from support.rings import ring
+from support.faults import ring
 
 STANDARD = fitter.PRESETS["Standard"]
 
@@ -44,35 +44,12 @@ def test_splines_through_nodes_are_scipys_natural_ones(random):
     np.testing.assert_allclose(dense.evaluate(control_points, level, line), spline(kappa_o), atol=1e-12)
 
 
-@pytest.mark.parametrize("level", [0, 1, 2, 4])
-def test_the_folded_lattice_is_the_unfolded_one(random, level):
-    """A quarter of the cube is stored: SciPy evaluates the whole of it, mirrored by brute force."""
-    m = dense.cells(level)
-    folded = random.random((*dense.shape(level), 1))
-    same = dense.representative(level)
-    folded = folded.reshape(-1, 1)[same.ravel()].reshape(folded.shape)
-    whole = np.empty((m + 3, m + 3, m + 3))
-    start, box = np.array(dense.origin(level)), np.array(dense.shape(level))
-    for index in np.ndindex(whole.shape):
-        i, j, k = np.array(index) - 1
-        k = max(k, m - k)
-        if i < m - i:
-            i, j = m - i, m - j
-        at = np.array([i, j, k]) - start
-        assert ((at >= 0) & (at < box)).all()
-        whole[index] = folded[tuple(at)][0]
-    knots = np.arange(-3, m + 4) / m
-    x = random.random((200, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
-    expected = interpolate.NdBSpline((knots, knots, knots), whole, 3)(x)
-    np.testing.assert_allclose(dense.evaluate(folded, level, x)[:, 0], expected, atol=1e-13)
-
-
 @pytest.mark.parametrize("samples", [40, 400])
 def test_refitting_is_least_squares_over_the_kept_control_points(random, samples):
     level, count = 3, 60
     x = random.random((samples, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
     z, weights = random.standard_normal((samples, 2)), random.random(samples) + 0.1
-    kept = least_squares.sparse_fit(x, z, weights, level, count)
+    kept = lattices.sparse_fit(x, z, weights, level, count)
     assert count - 4 < kept.count <= count
     same = dense.representative(level).ravel()
     free = np.unique(same[kept.index.keys])
@@ -81,7 +58,7 @@ def test_refitting_is_least_squares_over_the_kept_control_points(random, samples
         alone = (same == control_point).astype(float).reshape(*dense.shape(level), 1)
         design[:, column] = dense.evaluate(alone, level, x)[:, 0]
     weighted = design * weights[:, None]
-    ridge = np.sqrt(least_squares.RIDGE * (weighted ** 2).sum() / len(free)) * np.eye(len(free))
+    ridge = np.sqrt(lattices.RIDGE * (weighted ** 2).sum() / len(free)) * np.eye(len(free))
     best = np.linalg.lstsq(np.concatenate([weighted, ridge]),
                            np.concatenate([z * weights[:, None], np.zeros((len(free), 2))]), rcond=None)[0]
     np.testing.assert_allclose(dense.evaluate(kept.dense, level, x), design @ best, atol=1e-5)

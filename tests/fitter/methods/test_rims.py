@@ -10,8 +10,7 @@ from fitter.formats import rgl
 from fitter.methods import extrapolation, regression_kriging
 from support.cases import quick, release
 from support.checkout import measurements
-from support.mirrors import ratios_to_samples
-from support.rims import Clipped, albedo, error
+from support.faults import Clipped, albedo, error, ratios_to_samples
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +19,7 @@ def of_rgl():
         path = measurements() / "rgl" / f"{stem}_rgb.bsdf"
         if not path.is_file():
             pytest.skip(f"{path.name} is absent from {path.parent}")
-        return fitter.load(path), Clipped(rgl.read_table(path, path.read_bytes()))
+        return fitter.load(path), Clipped(rgl.read_table(path.read_bytes()))
     return opened
 
 

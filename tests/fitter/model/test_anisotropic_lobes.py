@@ -5,7 +5,7 @@ import pytest
 
 from fitter.model.microfacet import KINDS, geometry, lobe, lobe_with_slopes, surface_components
 from fitter.quality.physics import direction_pairs
-from support.anisotropic import brushed_fit, ggx, turned, vectors
+from support.anisotropic import brushed_fit, ggx_lobe, turned, vectors
 
 
 def pairs(count=400, seed=0):
@@ -20,7 +20,7 @@ def test_a_lobe_is_the_published_distribution_and_masking():
     wi, wo = (turned(w, turn) for w in vectors(*directions))
     h = (wi + wo) / np.linalg.norm(wi + wo, axis=1)[:, None]
     fresnel = 0.9 + 0.1 * (1 - np.sum(wi * h, axis=1)) ** 5
-    expected = ggx(wi, wo, along, across) * np.pi * along * across * fresnel      # a lobe's D is 1 at the normal
+    expected = ggx_lobe(wi, wo, along, across) * np.pi * along * across * fresnel      # a lobe's D is 1 at the normal
     found = (brushed_fit(along, across, turn).evaluate(*directions)[:, 0] - 0.02) / 0.8
     steep = np.maximum(directions[0], directions[2]) < np.radians(80)
     np.testing.assert_allclose(found[steep], expected[steep], rtol=0.01)

@@ -10,12 +10,14 @@ from scipy.spatial.transform import Rotation
 
 import fitter
 from fitter.arrays import unit_vectors
+from fitter.coordinates.nusselt import Nusselt
 from fitter.errors import DatasetError
+from fitter.lattice import dense
 from fitter.methods.editing import edited
 from fitter.model import edit
 from fitter.model.fit import Fit
-from support.albedo import mirror_albedo
 from support.cases import quick
+from support.faults import mirror_albedo
 from support.made_fits import MADE_FITS
 
 POLAR = st.floats(0.01, 1.5)
@@ -86,15 +88,6 @@ def test_a_widened_highlight_reflects_as_much_light_at_every_angle(cornell, widt
     assert ((after.evaluate(*mirror) > before.evaluate(*mirror)) == (width < 1)).all()
 
 
-def test_the_parts_are_what_lies_below_and_above_the_level(random):
-    level = np.array([0.1, 0.4])
-    for value in random.uniform(0, 1, (200, 2)):
-        for channel in range(2):
-            f, d = value[channel], level[channel]
-            expected = f if f <= d else f - (f - d) ** 2 / (2 * d) if f < 2 * d else 1.5 * d
-            assert np.isclose(edit.diffuse_part(value, level)[channel], expected)
-
-
 def test_the_level_of_a_lambertian_under_a_narrow_lobe_is_that_of_the_lambertian(random):
     theta_i, phi_i, theta_o, phi_o = random_pairs(random, 1500, 1.4)
     lobe = 0.05 * ggx(0.1, theta_i, phi_i, theta_o, phi_o)
@@ -129,9 +122,6 @@ def test_a_coat_over_white_never_reflects_more_than_there_is(alpha):
 
 
 def _flat(value):
-    from fitter.coordinates.nusselt import Nusselt
-    from fitter.lattice import dense
-
     return Nusselt(), dense.DenseLattice(1, np.full((*dense.shape(1), 1), value, dtype=np.float32))
 
 
@@ -161,27 +151,12 @@ def test_a_tint_makes_a_grey_fit_coloured():
     np.testing.assert_allclose(tinted.evaluate(0.3, 0, 0.3, 1), [0.1, 0.2, 0.4], rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", quick([
-    "half and difference, stretched by 5, retro, grey, damped",
-    "half and difference, stretched by 2, all lobes, two columns, damped",
-    "Rusinkiewicz, stretched by 33, all lobes, damped",
-    "half angle, stretched by 300, all lobes, damped",
-    "anisotropic Rusinkiewicz, stretched by 33, a Lambertian, dense, grey",
-    "anisotropic Rusinkiewicz, stretched by 5, fibres"], "Rusinkiewicz, stretched by 33, all lobes, damped",
-    "anisotropic Rusinkiewicz, stretched by 33, a Lambertian, dense, grey"))
-def test_an_edit_survives_the_file(tmp_path, random, name):
-    fit = edited(MADE_FITS[name], **ALL)
-    directions = random_pairs(random, 200)
-    expected = fit.evaluate(*directions)
-    fit.save(tmp_path / "edited.npz")
-    np.testing.assert_array_equal(Fit.load(tmp_path / "edited.npz").evaluate(*directions), expected)
-
-
 def test_a_damaged_edit_is_refused(tmp_path):
     fit = edited(Fit(*_flat(0.2)), diffuse=0.5, coat=0.3)
     for damaged in (replace(fit.edit, level=np.zeros(1)), replace(fit.edit, coat=2.0),
                     replace(fit.edit, diffuse=np.full(1, np.nan)), replace(fit.edit, highlight=np.ones(2)),
-                    replace(fit.edit, balance=np.ones((5, 1))), replace(fit.edit, width=2.0)):
+                    replace(fit.edit, balance=np.ones((5, 1))), replace(fit.edit, width=2.0),
+                    replace(fit.edit, through=np.ones((5, 1)))):
         replace(fit, edit=damaged).save(tmp_path / "damaged.npz")
         with pytest.raises(DatasetError, match=r"a damaged fit: .*edit"):
             Fit.load(tmp_path / "damaged.npz")

@@ -68,24 +68,11 @@ def of_angles(model):
     return value
 
 
-def of_formula(name):
-    """Single reflection by the spectrum: GGX with Fresnel's equations at each wavelength, made linear Rec.709."""
+def colour(name, cosines):
+    """Fresnel's equations at each wavelength, made linear Rec.709: (n, 3)."""
     wavelengths, numbers = table()
-    metal, finish = name.rsplit("-", 1)
-    alpha, across = published.FINISHES[finish]
-    n, k = (numbers[metal, quantity] for quantity in "nk")
-
-    def length(w):
-        return np.sqrt((alpha * w[:, 0]) ** 2 + (across * w[:, 1]) ** 2 + w[:, 2] ** 2)
-
-    def value(wi, wo, h, cos_d):
-        nodes = np.linspace(1e-6, 1, 4000)
-        colour = np.clip(reflectance(n, k, nodes[:, None]) @ srgb_weights(wavelengths).T, None, 1)
-        density = 1 / (np.pi * alpha * across * ((h[:, 0] / alpha) ** 2 + (h[:, 1] / across) ** 2 + h[:, 2] ** 2) ** 2)
-        masked = 2 * wi[:, 2] * wo[:, 2] / (wi[:, 2] * length(wo) + wo[:, 2] * length(wi))
-        single = density * masked / (4 * wi[:, 2] * wo[:, 2])
-        return single[:, None] * np.stack([np.interp(cos_d, nodes, channel) for channel in colour.T], axis=-1)
-    return value
+    n, k = (numbers[name.rsplit("-", 1)[0], quantity] for quantity in "nk")
+    return np.clip(reflectance(n, k, cosines[:, None]) @ srgb_weights(wavelengths).T, None, 1)
 
 
 def test_weights_in_the_table_are_those_of_spectra():
@@ -135,17 +122,16 @@ def mean_albedo(widths):
 def truth(name, theta, phi=0.0):
     """What is reflected in all: light of one reflection, integrated, and what that loses times the colour of further
     bounces (Kulla and Conty 2017), of means over the hemisphere, integrated too."""
-    wavelengths, numbers = table()
-    metal, finish = name.rsplit("-", 1)
-    widths = published.FINISHES[finish]
-    n, k = (numbers[metal, quantity] for quantity in "nk")
+    widths, cosines = published.FINISHES[name.rsplit("-", 1)[1]], (np.arange(4000) + 0.5) / 4000
+    colours = colour(name, cosines)
 
-    mean_e = mean_albedo(widths)
-    cosines = (np.arange(4000) + 0.5) / 4000
-    colour = np.clip(reflectance(n, k, cosines[:, None]) @ srgb_weights(wavelengths).T, None, 1)
-    mean_f = (2 * cosines) @ colour / 4000
+    def single(wi, wo, h, cos_d):
+        fresnel = np.stack([np.interp(cos_d, cosines, each) for each in colours.T], axis=-1)
+        return grey(widths, wi, wo, h, cos_d) * fresnel
+
+    mean_e, mean_f = mean_albedo(widths), (2 * cosines) @ colours / 4000
     more = mean_f ** 2 * mean_e / (1 - mean_f * (1 - mean_e))
-    return integrated(of_formula(name), *widths, theta, phi) + (1 - albedo_of_one(widths, theta, phi)) * more
+    return integrated(single, *widths, theta, phi) + (1 - albedo_of_one(widths, theta, phi)) * more
 
 
 @pytest.mark.parametrize("name", ["gold-satin", "iron-rough", "brass-brushed"])

@@ -42,7 +42,8 @@ def test_the_material_is_that_of_the_ball(make, glossy_ball):
     assert error(model, fit, slice(None)) < 0.10
 
 
-@pytest.mark.parametrize(("fault", "most"), quick([(bench.shift_balls, 0.01), (bench.turn_lamps, 0.04)], (bench.shift_balls, 0.01)))
+@pytest.mark.parametrize(("fault", "most"), quick([(bench.shift_balls, 0.01), (bench.turn_lamps, 0.04)],
+                                                  (bench.shift_balls, 0.01)))
 def test_an_error_of_a_pixel_or_a_degree_changes_little(shots, glossy_ball, fault, most):
     samples, fit = glossy_ball
     assert error(fit, made(fault(shots))[1], are_covered(samples, AT)) < most

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitter.photographs.ball import samples
+from fitter.photographs.ball import measuring
 from fitter.photographs.ball.binning import bin_samples
 from support import ball_scene
 from tests.fitter.photographs.test_ball import photographed
@@ -62,9 +62,9 @@ def test_directions_that_scatter_more_than_their_pixels_say_count_less():
 
 
 def test_many_pixels_become_at_most_so_many_samples(monkeypatch):
-    monkeypatch.setattr(samples, "MOST_SAMPLES", 5000)
+    monkeypatch.setattr(measuring, "MOST_SAMPLES", 5000)
     truth = ball_scene.glossy()
-    found = samples.samples_from_ball([photographed(scene, truth) for scene in ball_scene.scenes((20, 60))])
+    found = measuring.samples_from_ball([photographed(scene, truth) for scene in ball_scene.scenes((20, 60))])
     assert 3000 < len(found) <= 5000
     assert found.notes[-1] == f"Averaged to {len(found):,} samples"
     assert np.median(np.abs(found.values / truth.evaluate(*found.directions) - 1)) < 0.02

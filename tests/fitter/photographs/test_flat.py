@@ -11,11 +11,11 @@ from scipy.stats import spearmanr
 import fitter
 from fitter import progress
 from fitter.model.microfacet import Microfacet
-from fitter.photographs.flat import map_files as flat_maps
 from fitter.photographs.flat import maps as flat
 from fitter.photographs.flat import materials as flat_finding
 from fitter.photographs.flat.advice import next_lamp
 from fitter.photographs.flat.photograph import observe
+from fitter.photographs.report import report_sample
 from support import flat_scene
 from support.cases import release
 
@@ -182,7 +182,7 @@ def test_texels_without_noise_and_radiance_leave_the_others_as_they_are(material
     print(f"unseen lamp {wrong:.2%}")
     assert fits is None or wrong < (0.03 if fits == "given" else 0.12)
     assert np.isfinite(maps.weights).all()
-    assert not any("nan" in line for line in (*maps.notes, *flat_maps.report(maps, spoilt).lines))
+    assert not any("nan" in line for line in (*maps.notes, *report_sample(maps, spoilt).lines))
 
 
 def test_a_flat_surface_stays_flat_and_an_unseen_part_takes_its_neighbours_normals(materials):

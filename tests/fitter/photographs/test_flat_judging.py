@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs.flat import judging, map_files
+from fitter.photographs.flat import judging
 from fitter.photographs.flat.maps import evenly, sample_frame, texel_points
 from fitter.photographs.flat.photograph import observe
+from fitter.photographs.report import report_sample
 from support import flat_scene
+from tests.fitter.photographs.test_flat import photographed
 
 SHAPE, CORNERS = (24, 24), flat_scene.corners()
-RAYS = flat_scene.rays((90, 100))
 
 
 def surface(u, v):
@@ -29,8 +30,7 @@ def sample(cornell, curet):
 
 @pytest.fixture(scope="module")
 def shots(sample):
-    return [fitter.FlatPhotograph(flat_scene.photograph(sample, lamp, seed=k), RAYS, flat_scene.CAMERA, lamp,
-                                  flat_scene.INTENSITY, name=f"{k}.exr") for k, lamp in enumerate(flat_scene.lamps(12))]
+    return photographed(sample, flat_scene.lamps(12))
 
 
 def doubts(shots, sample):
@@ -79,4 +79,4 @@ def test_more_light_than_arrives_is_told(shots, sample):
     dim = [replace(each, intensity=each.intensity / 20) for each in shots]
     for each, is_told in ((shots, False), (dim, True)):
         maps = fitter.maps_from_flat(each, CORNERS, (8, 8), sample.fits)
-        assert any("More light leaves than arrives" in line for line in map_files.report(maps, each).doubts) == is_told
+        assert any("More light leaves than arrives" in line for line in report_sample(maps, each).doubts) == is_told

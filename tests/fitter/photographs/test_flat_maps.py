@@ -12,7 +12,7 @@ from fitter import cli
 from fitter.formats import saved_samples
 from fitter.imaging.picture_files import read_picture
 from fitter.photographs.flat import map_files
-from support import anisotropic_instruments as instruments
+from support import anisotropic as instruments
 from support import flat_files, flat_scene
 from support.checkout import ROOT
 

@@ -11,7 +11,7 @@ from fitter.photographs.description.parsing import parse, read
 from fitter.photographs.flat.maps import coarse, texel_points
 from fitter.photographs.flat.photograph import find_pixels, observe
 from fitter.photographs.flat.reading import order_corners, read_sample
-from fitter.photographs.pictures.reading import Pictures
+from fitter.photographs.pictures import Pictures
 from fitter.photographs.rig import camera
 from support import ball_files, flat_files, flat_scene, wrong_values
 

@@ -5,7 +5,7 @@ import pytest
 
 import fitter
 from fitter import cli
-from fitter.photographs.ball import advice as ball_advice
+from fitter.photographs.ball import coverage
 from support import ball_files, ball_scene, flat_files, flat_scene
 
 NAMES = [f"lamp{number}.exr" for number in range(1, 9)]
@@ -38,7 +38,7 @@ def ball(openimageio, paints, tmp_path_factory):
 @pytest.fixture(autouse=True)
 def short_advice(monkeypatch):
     """The place of a next lamp, of which nothing is asked here, is found by few samples."""
-    monkeypatch.setattr(ball_advice, "_SAMPLES", 200)
+    monkeypatch.setattr(coverage, "_SAMPLES", 200)
 
 
 @pytest.fixture

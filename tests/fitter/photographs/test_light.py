@@ -7,14 +7,14 @@ import fitter
 from fitter.colours import decode_srgb
 from fitter.imaging.picture_files import camera_exposure
 from fitter.imaging.pictures import srgb
-from fitter.photographs.pictures import light
-from fitter.photographs.pictures.light import Exposure, divide_flat, merge_exposures, subtract_dark
+from fitter.photographs import pictures
+from fitter.photographs.pictures import Exposure, divide_flat, merge_exposures, subtract_dark
 
 
 def exposed(radiance, exposure, random):
     """What a camera makes of radiance: photons, electronics, and white at 1."""
     pixels = radiance * exposure
-    noise = np.sqrt(light.READ ** 2 + light.SHOT * pixels) * random.standard_normal(pixels.shape)
+    noise = np.sqrt(pictures.READ ** 2 + pictures.SHOT * pixels) * random.standard_normal(pixels.shape)
     return Exposure(np.minimum(pixels + noise, 1.0), exposure=exposure)
 
 

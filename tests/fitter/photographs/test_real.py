@@ -7,7 +7,7 @@ import pytest
 
 import fitter
 from fitter.photographs.ball import measuring
-from fitter.photographs.ball.samples import place_photographs
+from fitter.photographs.ball.measuring import place_photographs
 from fitter.photographs.description import parsing
 from fitter.photographs.description.parsing import parse
 from support.checkout import measurements

@@ -9,11 +9,9 @@ import pytest
 import fitter
 from benchmarks.harness.judging import directions
 from benchmarks.photographs import difference
-from fitter.photographs.ball import advice as ball_advice
 from fitter.photographs.ball import coverage
 from fitter.photographs.ball.measuring import intensity_of_ball, reflected_light, scale_samples
-from fitter.photographs.rig.lamps import find_highlight
-from fitter.photographs.rig.scale import implausible_light, intensity_of_card
+from fitter.photographs.rig.lamps import MeasuredPlace, find_highlight, implausible_light, intensity_of_card
 from fitter.quality.physics import direction_pairs
 from support import ball_scene
 from support.truths import Truth
@@ -81,11 +79,12 @@ def test_a_chrome_ball_shows_where_the_lamp_is():
         scene = ball_scene.at_phase(phase, turn)
         picture = np.minimum(ball_scene.photograph(chrome, scene, points=3), 5.0)
         highlight = find_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
-        lamp, _ = highlight.lamp(np.asarray(scene.centre), 1.2)
+        ball = MeasuredPlace(np.asarray(scene.centre), scene.radius)
+        lamp, _ = highlight.lamp(ball, 1.2)
         angle = np.degrees(np.arccos(lamp @ scene.lamp / 1.2 ** 2))
         assert angle < 1.0
         with pytest.raises(fitter.DatasetError, match="more than its radius"):
-            highlight.lamp(np.asarray(scene.centre), 0.04)
+            highlight.lamp(ball, 0.04)
         # a grain of dust on the other side of the ball
         dusty, (row, column) = picture.copy(), np.argwhere(picture.max(axis=2) == picture.max())[0]
         dusty[picture.shape[0] - row, picture.shape[1] - column] = 0.6 * picture.max()
@@ -129,14 +128,14 @@ def test_the_next_lamp_is_where_the_only_gap_is_or_nowhere(two_lamps):
     covered = coverage.coverage(one)
     assert covered.difference == (pytest.approx(10, abs=2.5), pytest.approx(40, abs=2.5))
     assert [round(low / 10) for low, _ in covered.gaps] == [4]
-    assert ball_advice.next_phase_angle(one, covered) == pytest.approx(115, abs=3)
+    assert coverage.next_phase_angle(one, covered) == pytest.approx(115, abs=3)
     more = fitter.samples_from_ball([photographed(scene, ball_scene.matte()) for scene in ball_scene.scenes()])
     fewer = coverage.coverage(two_lamps)
     assert fewer.difference == (pytest.approx(20, abs=2.5), pytest.approx(50, abs=2.5))
     # from 50 to 75, from 20 to 50, and from 5 to 20 degrees
     assert [round(low / 10) for low, _ in fewer.gaps] == [2, 5, 0]
     assert coverage.coverage(more).share > 1.5 * fewer.share
-    assert not any("next lamp" in line for line in ball_advice.advice(more))
+    assert not any("next lamp" in line for line in coverage.advice(more))
 
 
 def test_the_next_lamp_is_where_a_photograph_helps_most():
@@ -149,5 +148,5 @@ def test_the_next_lamp_is_where_a_photograph_helps_most():
     print(gaps, errors)
     best = gaps[int(np.argmin(errors))]
     assert best != gaps[0]
-    assert ball_advice.advice(samples)[-1] == \
+    assert coverage.advice(samples)[-1] == \
         f"Put the next lamp at {sum(best):.0f}° from the camera, seen from the ball"

@@ -32,7 +32,7 @@ def ripple(surface, theta_i, theta_h):
 @pytest.mark.parametrize("preset", ["Standard", "Reference"])
 def test_rings_about_a_highlight_have_no_spokes_that_the_measurements_have_not(preset):
     fit = fitter.fit(fitter.load(PATH), **fitter.PRESETS[preset])
-    table = rgl.read_table(PATH, PATH.read_bytes())
+    table = rgl.read_table(PATH.read_bytes())
     for theta_i in np.radians([20, 40, 60]):
         for theta_h in np.radians([3, 6, 10]):
             assert ripple(fit, theta_i, theta_h) < max(1.5 * ripple(table, theta_i, theta_h), LEAST)

@@ -168,12 +168,6 @@ def test_a_drop_is_assigned_to_the_slot_under_the_mouse_also_when_all_else_chang
 CHEAP = {"diffuse_level": 1, "specular_level": -1}
 
 
-def test_the_target_goes_through_the_dialogs(scene, file):
-    right = scene.data.objects["right"]
-    assert scene.ops.measured_brdf.import_data(filepath=file, target=right.session_uid, slot=1, **CHEAP) == {"FINISHED"}
-    assert right.material_slots[1].material.name.startswith("glossy")
-
-
 def select(scene, *names):
     for item in scene.context.scene.objects:
         item.select_set(item.name in names)
@@ -235,6 +229,19 @@ def test_a_target_that_has_gone_or_lost_slots_is_told(scene, file, capfd):
     scene.ops.measured_brdf.import_data(filepath=file, target=gone, **CHEAP)
     assert "glossy.001 is not assigned: its object has been removed meanwhile" in capfd.readouterr().out
     assert scene.data.materials["glossy.001"].use_fake_user
+
+
+def test_drawings_and_volumes_have_no_surface_unless_modifiers_may_make_one(scene):
+    material = scene.data.materials.new("measured")
+    drawing = "grease_pencil_add" if "grease_pencil_add" in dir(scene.ops.object) else "gpencil_add"
+    for make in (getattr(scene.ops.object, drawing), scene.ops.object.volume_add):
+        make()
+        item = scene.context.object
+        before = [slot.material for slot in item.material_slots]
+        assert targets.assign(targets.active(scene.context), material) == f"{item.name} has no surface"
+        assert [slot.material for slot in item.material_slots] == before
+    scene.context.object.modifiers.new("meshes", "NODES")
+    assert targets.assign(targets.active(scene.context), material) == ""
 
 
 def test_objects_that_cannot_have_the_material_are_named(scene, file, tmp_path, capfd):

@@ -47,6 +47,7 @@ def test_several_disks_are_found_and_even_skies_have_none():
     assert spots(np.zeros((64, 128))) == []
     assert spots(np.linspace(0, 1, 128)[:, None] * np.ones(256)) == []          # brighter toward the zenith
     assert spots(np.ones((1, 1))) == spots(np.full((64, 128), np.nan)) == []
+    assert not any(spots(image) for image, _ in bright_texels(15)), "of too few rows"
 
 
 def rendered(scene):
@@ -144,10 +145,6 @@ def test_a_bright_texel_of_few_rows_is_a_spot_wherever_it_is(rows):
         (direction, radius, _), = world_lights.spots(image)
         assert direction == pytest.approx(place, abs=1e-6)
         assert radius == pytest.approx(math.pi / rows / 2)
-
-
-def test_an_image_of_fewer_rows_has_no_spot():
-    assert not any(world_lights.spots(image) for image, _ in bright_texels(15))
 
 
 @pytest.mark.filterwarnings("error")

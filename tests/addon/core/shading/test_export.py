@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from measured_brdf.addon.core.shading import export_surface
 from measured_brdf.addon.core.storage.reading import scene_colours
-from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
+from measured_brdf.addon.panel.fixes import MEASUREDBRDF_PT_export as Panel
 
 from fitter.colours import DEFAULT_COLOURS, conversion, decode_srgb
 from fitter.cycles.principled_bsdf import Principled
 from support.cases import release
 from support.drawn import draw
-from support.stage import add_eevee_output, blank_material
+from support.stage import add_eevee_output, blank_material, group_node
 
 CLOTH = Principled(np.array([0.6, 0.3, 0.1]), 0.45, 0.0, 0.3, np.array([0.5, 0.25, 0.125]), 0.4)
 CAR = Principled(np.array([0.8, 0.5, 0.2]), 0.55, 1.0, 0.5, coat_weight=0.7, coat_roughness=0.15)
@@ -53,15 +53,11 @@ def material(blender):
 
 
 def update(material, close, **options):
-    export_surface.update(material, group(material), outcome(close, **options))
-
-
-def group(material):
-    return next(node for node in material.node_tree.nodes if node.type == "GROUP")
+    export_surface.update(material, group_node(material), outcome(close, **options))
 
 
 def follow(material):
-    export_surface.follow(material, group(material))
+    export_surface.follow(material, group_node(material))
 
 
 def exported_node(material):
@@ -145,8 +141,15 @@ def test_materialx_has_the_fitted_surface(blender, material, tmp_path, name):
         pytest.skip("this Blender offers MaterialX and writes none: 4.2 as a Python module")
     assert 'info:id = "ND_open_pbr_surface_surfaceshader"' in text
 
-    def number(*names):
-        return float(next(match[1] for name in names if (match := re.search(rf"inputs:{name} = ([-.\de]+)\n", text))))
+    def number(name, shader=""):
+        """The value of an input, worked out of the nodes that Blender 4.5 writes for it."""
+        inputs = text[text.index(f'def Shader "{shader}"'):] if shader else text
+        value = re.search(rf"inputs:{name}(?: = ([-.\de]+)|.connect = .*[/:](\w+?)(?:_out>|.outputs:out>))\n", inputs)
+        if value[1] is not None:
+            return float(value[1])
+        kind = re.search(r'info:id = "ND_(\w+)_float"', text[text.index(f'def Shader "{value[2]}"'):])[1]
+        return {"constant": lambda node: number("value", node),
+                "multiply": lambda node: number("in1", node) * number("in2", node)}[kind](value[2])
 
     def color(name):
         return [float(part) for part in re.search(rf"color3f inputs:{name} = \((.*)\)", text)[1].split(",")]
@@ -256,22 +259,6 @@ def test_what_a_user_has_changed_outlives_another_fit(material):
         assert node.inputs["Coat Weight"].default_value == pytest.approx(close.coat_weight)
 
 
-def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, tmp_path):
-    """The whole way, from a file of measurements to a file for other programs."""
-    write_astm(tmp_path / "glossy.astm", glossy)
-    blender.ops.mesh.primitive_plane_add()
-    assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
-    made = exported_node(blender.context.object.active_material)
-    expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}
-    color = list(made.inputs["Base Color"].default_value)
-    assert max(color[:3]) > 0.05
-    blender.ops.export_scene.gltf(filepath=str(tmp_path / "made.glb"))
-    surface = imported(blender, blender.ops.import_scene.gltf, tmp_path / "made.glb")
-    for name, value in expected.items():
-        assert surface[name] == pytest.approx(value, abs=1e-5)
-    assert surface["Base Color"] == pytest.approx(color[:3], abs=1e-5)
-
-
 TINT, STRENGTH = np.array([0.25, 1.0, 0.5]), 0.5
 
 
@@ -310,13 +297,13 @@ def add_normal_map(blender, material):
     texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
     normal.inputs["Strength"].default_value = 0.75
     tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
-    tree.links.new(normal.outputs["Normal"], group(material).inputs["Normal"])
+    tree.links.new(normal.outputs["Normal"], group_node(material).inputs["Normal"])
 
 
 def connect_checker(blender, material):
     """Have an image in the tint: its node, and the link."""
     texture = image_node(blender, material, "checker", CHECKER)
-    return texture, material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+    return texture, material.node_tree.links.new(texture.outputs["Color"], group_node(material).inputs["Tint"])
 
 
 CHECKER = np.kron(np.array([[1.0, 0.2], [0.4, 0.8]]), np.ones((4, 4)))[..., None] * np.array([1.0, 0.5, 0.25])
@@ -328,7 +315,7 @@ EIGHT_BITS = 0.006          # of linear values that were stored in 8 bits of sRG
 
 def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_path):
     update(material, CLOTH)
-    node = group(material)
+    node = group_node(material)
     node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
     follow(material)
     expected = CLOTH.base_color * TINT * STRENGTH
@@ -358,7 +345,7 @@ def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_pat
 
 def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, gltf, material, tmp_path):
     update(material, CLOTH)
-    node = group(material)
+    node = group_node(material)
     connect_checker(blender, material)[0].extension = "EXTEND"
     node.inputs["Strength"].default_value = STRENGTH
     follow(material)
@@ -383,7 +370,7 @@ def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, 
 
 def test_a_tinted_metal_keeps_its_edge(blender, material):
     update(material, CAR)
-    node, export = group(material), exported_node(material)
+    node, export = group_node(material), exported_node(material)
     node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
     follow(material)
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx(TINT * STRENGTH, abs=EXACT)
@@ -395,9 +382,20 @@ def test_a_tinted_metal_keeps_its_edge(blender, material):
     assert export.inputs["Specular Tint"].default_value[:3] == pytest.approx((0, 0, 0), abs=EXACT)
 
 
+@pytest.mark.parametrize(("strength", "reflected"), [(-1, 0), (-1e30, 0), (1000, 1), (1e30, 1)])
+def test_an_impossible_strength_is_exported_black_or_white(material, strength, reflected):
+    update(material, CLOTH)
+    node, export = group_node(material), exported_node(material)
+    node.inputs["Strength"].default_value = strength
+    follow(material)
+    assert highlight(export.inputs["IOR"].default_value) == pytest.approx(reflected, abs=5e-3)
+    assert [*export.inputs["Base Color"].default_value, *material.diffuse_color[:3]] == [
+        *[reflected] * 3, 1, *[reflected] * 3]
+
+
 def test_what_some_formats_have_not_is_told_and_not_by_gltf(blender, gltf, material, tmp_path, capfd):
     update(material, CLOTH)
-    node = group(material)
+    node = group_node(material)
     node.inputs["Tint"].default_value = (0.5, 0.5, 0.5, 1)
     follow(material)
     assert [line.split(" as ")[0] for line in export_surface.losses(material)] == ["In FBX highlights are"]
@@ -432,7 +430,7 @@ def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
 def test_brightness_beside_a_constant_in_strength_is_in_the_texture(blender, gltf, material, tmp_path):
     """As a measured flat sample of one material has it."""
     update(material, CLOTH)
-    tree, node = material.node_tree, group(material)
+    tree, node = material.node_tree, group_node(material)
     texture, times = image_node(blender, material, "brightness", MASK, is_data=True), tree.nodes.new("ShaderNodeMath")
     times.operation, times.inputs[1].default_value = "MULTIPLY", 1.5
     tree.links.new(texture.outputs["Color"], times.inputs[0])
@@ -446,7 +444,7 @@ def test_brightness_beside_a_constant_in_strength_is_in_the_texture(blender, glt
 
 def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
     update(material, CLOTH)
-    tree, node = material.node_tree, group(material)
+    tree, node = material.node_tree, group_node(material)
     add_normal_map(blender, material)
     follow(material)
     written, texels = gltf_written(blender, tmp_path / "a.gltf")
@@ -461,8 +459,11 @@ def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
 def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender, gltf, material, tmp_path, capfd,
                                                                         monkeypatch):
     update(material, CLOTH)
+    monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group_node)
     assert export_surface.losses(material) == []
-    tree, node = material.node_tree, group(material)
+    blender.ops.measured_brdf.check_export()
+    assert "Warning" not in capfd.readouterr().out
+    tree, node = material.node_tree, group_node(material)
     for kind, name in (("Noise", "Tint"), ("Noise", "Strength")):
         made = tree.nodes.new(f"ShaderNodeTex{kind}")
         tree.links.new(made.outputs[0], node.inputs[name])
@@ -471,7 +472,9 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     follow(material)
     told = export_surface.losses(material)
     assert [line.split(":")[0] for line in told] == ["Tint", "Strength", "Normal"]
-    monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
+    blender.ops.measured_brdf.check_export()
+    seen = capfd.readouterr().out
+    assert all(f"Warning: {material.name}: {line}" in seen for line in told)
     of_dialog = SimpleNamespace(active_operator=SimpleNamespace(bl_idname="WM_OT_usd_export"))
     assert Panel.poll(SimpleNamespace(space_data=of_dialog))
     shown = draw(Panel, space_data=of_dialog).texts
@@ -482,6 +485,18 @@ def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender,
     seen = capfd.readouterr().out
     blender.context.preferences.addons.remove(added)
     assert all(f"WARNING: {material.name}: {line}" in seen for line in told)
+
+
+def test_a_group_is_told_by_the_name_that_the_editor_shows(blender, material):
+    update(material, CLOTH)
+    tree, inside = material.node_tree, blender.data.node_groups.new("Flakes", "ShaderNodeTree")
+    inside.interface.new_socket("Normal", in_out="OUTPUT", socket_type="NodeSocketVector")
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = inside
+    for name in ("Tint", "Normal"):
+        tree.links.new(node.outputs[0], group_node(material).inputs[name])
+    follow(material)
+    assert [line.split()[-2:] for line in export_surface.losses(material)] == [["Flakes", "makes"], ["not", "Flakes"]]
 
 
 def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(blender, material, tmp_path):
@@ -503,19 +518,6 @@ def test_packed_textures_are_told_until_they_are_written_and_then_obj_has_them(b
     assert written("unpacked")
 
 
-def test_scripts_ask_what_is_lost(blender, material, capfd, monkeypatch):
-    update(material, CLOTH)
-    monkeypatch.setattr("measured_brdf.addon.core.shading.material.surface_node", group)
-    blender.ops.measured_brdf.check_export()
-    assert "Warning" not in capfd.readouterr().out
-    noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
-    material.node_tree.links.new(noise.outputs[0], group(material).inputs["Tint"])
-    follow(material)
-    blender.ops.measured_brdf.check_export()
-    line, = export_surface.losses(material)
-    assert f"Warning: {material.name}: {line}" in capfd.readouterr().out
-
-
 def test_it_is_told_where_another_output_is_exported(blender, material):
     update(material, CLOTH)
     mine = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
@@ -526,11 +528,11 @@ def test_it_is_told_where_another_output_is_exported(blender, material):
 def test_the_solid_colour_follows_and_a_metal_is_not_black_there(blender, material):
     update(material, CAR)
     assert material.metallic == 0
-    group(material).inputs["Strength"].default_value = STRENGTH
+    group_node(material).inputs["Strength"].default_value = STRENGTH
     follow(material)
     assert material.diffuse_color[:3] == pytest.approx(ALBEDO * STRENGTH, abs=EXACT)
     material.diffuse_color = (1, 0, 1, 1)
-    group(material).inputs["Strength"].default_value = 1
+    group_node(material).inputs["Strength"].default_value = 1
     follow(material)
     assert material.diffuse_color[:3] == pytest.approx((1, 0, 1)), "the user's"
 
@@ -541,7 +543,7 @@ def test_a_change_is_followed_without_being_asked(blender, gltf, quick, tmp_path
     blender.ops.measured_brdf.import_data(filepath="published:red-plastic", preset="Draft")
     material = blender.context.object.active_material
     plain, _ = gltf_written(blender, tmp_path / "a.gltf")
-    group(material).inputs["Tint"].default_value = (*TINT, 1)
+    group_node(material).inputs["Tint"].default_value = (*TINT, 1)
     blender.context.view_layer.update()
     tinted, _ = gltf_written(blender, tmp_path / "b.gltf")
     before, after = (np.array(each["pbrMetallicRoughness"]["baseColorFactor"][:3]) for each in (plain, tinted))

@@ -54,29 +54,6 @@ def test_one_that_cannot_be_given_a_fit_stays_as_it_was(making, is_measured):
     assert state() == before
 
 
-def test_a_new_group_takes_the_name_of_the_one_that_it_replaces(making):
-    material = materials.create(*making.given)
-    first = materials.group_node(material).node_tree.name
-    materials.assign(material, *making.other)
-    assert materials.group_node(material).node_tree.name == first
-    assert [tree.name for tree in bpy.data.node_groups].count(first) == 1
-
-
-def test_what_a_user_mixes_it_with_is_what_eevee_shows_too(making):
-    """Another fit adds no output of its own for EEVEE, in which the rest would be missing."""
-    material = materials.create(*making.given)
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    for output in [node for node in nodes if node.type == "OUTPUT_MATERIAL"]:
-        nodes.remove(output)
-    output, added, glow = (nodes.new(f"ShaderNode{kind}") for kind in ("OutputMaterial", "AddShader", "Emission"))
-    for shader, place in zip((materials.group_node(material), glow), added.inputs, strict=True):
-        links.new(shader.outputs[0], place)
-    links.new(added.outputs[0], output.inputs["Surface"])
-    materials.assign(material, *making.other)
-    assert [node for node in nodes if node.type == "OUTPUT_MATERIAL"] == [output]
-    assert [link.from_node for link in output.inputs["Surface"].links] == [added]
-
-
 def test_one_without_nodes_holds_nothing(blender):
     """As before Blender 5.0."""
     material = bpy.data.materials.new("Plain")

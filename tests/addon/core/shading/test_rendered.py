@@ -15,7 +15,7 @@ from measured_brdf.addon.core.shading.rendered import Rendered, rendering_words,
 
 from support.cases import quick, release
 from support.checkout import ROOT
-from support.stage import EEVEE, add_sphere, background, black_scene, render
+from support.stage import EEVEE, add_sphere, background, black_scene, group_node, render
 
 
 @pytest.fixture
@@ -37,10 +37,6 @@ def imported(scene, write_astm, glossy, tmp_path):
         assert bpy.ops.measured_brdf.import_data(filepath=str(path), preset="Draft", **given) == {"FINISHED"}
         return bpy.context.object.active_material
     return make
-
-
-def group(material):
-    return next(node for node in material.node_tree.nodes if node.type == "GROUP")
 
 
 def how(material):
@@ -130,7 +126,7 @@ def test_eevee_has_its_own_nodes_and_error(scene, imported):
     found = how(material)
     assert found.how == "NODES"
     assert found.why == "the engine is EEVEE"
-    tree = group(material).node_tree
+    tree = group_node(material).node_tree
     assert (found.error, found.worst) == (tree["eevee_error"], tree["eevee_worst"])
     output = material.node_tree.get_output_node("EEVEE")
     assert output.inputs["Surface"].links[0].from_socket.name == "EEVEE"
@@ -143,7 +139,7 @@ def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported)
     for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]:
         tree.nodes.remove(node)
     mix, output = tree.nodes.new("ShaderNodeMixShader"), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(group(material).outputs["BSDF"], mix.inputs[1])
+    tree.links.new(group_node(material).outputs["BSDF"], mix.inputs[1])
     tree.links.new(mix.outputs[0], output.inputs["Surface"])
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
     assert [node.target for node in tree.nodes if node.type == "OUTPUT_MATERIAL"] == ["ALL"]
@@ -278,7 +274,7 @@ def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, 
 def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others(scene, imported):
     assert not bpy.ops.measured_brdf.use_method.poll()
     material = imported()
-    tree, first = material.node_tree, group(material)
+    tree, first = material.node_tree, group_node(material)
     assert not first.inputs["Nodes"].default_value
     second = tree.nodes.new("ShaderNodeGroup")
     second.node_tree = first.node_tree
@@ -300,7 +296,7 @@ def test_a_script_that_names_fast_gets_nodes(scene, imported):
 
 def test_exact_everywhere_is_off_until_somebody_validates(scene, imported):
     material = imported()
-    node = group(material)
+    node = group_node(material)
     assert not node.inputs["Exact Everywhere"].default_value
     script = node.node_tree.nodes["Measured BRDF Shader"]
     assert script.inputs["Everywhere"].links[0].from_socket.name == "Exact Everywhere"

@@ -51,20 +51,6 @@ def test_the_fix_takes_the_tangent_of_the_uv_map_and_then_there_is_nothing_to_fi
     assert findings(blender) == []
 
 
-def test_the_fix_is_one_step_of_undo(blender, material):
-    item = show(blender, "monkey", material)
-    names = item.name, material.name
-    blender.context.preferences.edit.use_global_undo = True
-    blender.ops.ed.undo_push(message="before")
-    blender.ops.measured_brdf.fix_setting(key=findings(blender)[0].key)
-    blender.ops.ed.undo_push(message="after")
-    blender.ops.ed.undo()
-    material = blender.data.materials[names[1]]
-    assert not tangent(material).is_linked
-    assert [node.type for node in material.node_tree.nodes if node.type == "TANGENT"] == []
-    assert blender.data.objects[names[0]].active_material == material
-
-
 def test_without_a_uv_map_of_any_area_there_is_a_hint_and_no_fix(blender, material):
     mesh = show(blender, "cube", material).data
     for corner in mesh.uv_layers[0].uv:

@@ -9,12 +9,11 @@ import math
 import bpy
 import numpy as np
 import pytest
-from measured_brdf.addon.core import checks, lamps, versions
-from measured_brdf.addon.core.shading import compiler, material, node_group
+from measured_brdf.addon.core import checks, versions
+from measured_brdf.addon.core.shading import material, node_group
 from measured_brdf.addon.core.shading.material import group_node
 from measured_brdf.addon.core.shading.node_group import kept_fit
 from measured_brdf.addon.panel import main
-from measured_brdf.addon.work import queries, tasks
 
 import fitter
 from fitter.cycles.bake import SHADER_VERSION
@@ -135,17 +134,4 @@ def test_a_damaged_fit_is_named_and_its_material_left_alone(saved):
     before = state()
     with pytest.raises(RuntimeError, match=rf"{NAME}: not a fit saved by Measured BRDF.*Refit"):
         bpy.ops.measured_brdf.update_materials()
-    assert state() == before
-
-
-def test_a_shader_that_cannot_take_anothers_place_leaves_nothing_behind(saved, monkeypatch):
-    made, = tasks.rebake([queries.embedded_fit(saved)])
-    before, shader = state(), compiler.compile_shader(*made)
-
-    def fail(*_):
-        raise MemoryError
-
-    monkeypatch.setattr(lamps, "update", fail)
-    with pytest.raises(MemoryError):
-        material.replace_shader([saved], shader, bpy.context)
     assert state() == before

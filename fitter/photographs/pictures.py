@@ -1,24 +1,104 @@
-"""The pictures of a description: exposures merged, the dark room taken away, in known colours."""
+"""The pictures of a description as light: exposures merged by their noise, the dark room taken away, in known colours.
 
-from collections.abc import Callable
+A pixel that is p of white has the variance READ^2 + SHOT p + step^2 / 12: of the electronics, of the photons, and of
+rounding to steps. Exposures are averaged with weights of the inverse variance of what they say of the radiance
+(M. Granados, B. Ajdin, M. Wand, C. Theobalt, H.-P. Seidel, H. P. A. Lensch: Optimal HDR Reconstruction with Linear
+Digital Cameras, CVPR 2010).
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from ... import progress
-from ...arrays import BoolArray, FloatArray
-from ...errors import DatasetError, printable
-from ...imaging.picture_files import PictureFile, read_picture, read_picture_info
-from ..description.capture_setup import BallSetup, CaptureSetup, LampSetup, Lit, SampleSetup, Shot
-from .light import Exposure, Light, check_bright, divide_flat, merge_exposures, middle_part, subtract_dark
+from .. import progress
+from ..arrays import BoolArray, FloatArray, RealArray
+from ..errors import DatasetError, printable
+from ..imaging.picture_files import PictureFile, PictureInfo, read_picture, read_picture_info
+from .description.capture_setup import BallSetup, CaptureSetup, LampSetup, Lit, SampleSetup, Shot
 
+SATURATED = 0.95            # of white: pixels above it are left out
+READ, SHOT = 5e-4, 5e-5     # noise of a camera at ISO 100: 10 of 20,000 electrons, and the root of their number
+_ROUNDS = 2                 # of the mean, whose weights depend on it
+_CENTRE = 0.04              # of a picture's sides: the part whose brightness others are compared with
 _MASKED = 0.5               # of white
 _BAND = 1 << 20             # pixels that are merged at a time
 
 Part = tuple[slice, slice]
 """The rows and columns of pictures that are kept."""
 WHOLE: Part = (slice(None), slice(None))
+
+
+class Exposure(NamedTuple):
+    """One photograph of several that differ in exposure."""
+
+    pixels: FloatArray          # linear, 1 for white, where the camera is saturated: (height, width, channels)
+    step: FloatArray | float = 0.0      # of 1, between two values that the file can hold, of each or of all
+    exposure: float = 1.0       # time times sensitivity, in any unit: `picture_files.camera_exposure`
+
+
+class Light(NamedTuple):
+    """The light that reached the camera: radiance, its standard deviation, both (h, w, channels), and where it is known
+    (h, w)."""
+
+    radiance: RealArray
+    noise: RealArray
+    known: BoolArray
+
+    def convert(self, matrix: FloatArray) -> "Light":
+        """The same in other colours, by a matrix (3, 3)."""
+        return Light(self.radiance @ matrix.T, np.sqrt(self.noise ** 2 @ (matrix ** 2).T), self.known)
+
+
+def check_bright(radiance: RealArray, where: str | Path) -> None:
+    """Raise DatasetError, of a file or its name, where a photograph is black: whatever is predicted of it is right."""
+    if not (radiance > 0).any():
+        raise DatasetError("a black photograph: none of its pixels is above 0, expected what a lamp lights", where)
+
+
+def same_pictures(pictures: Sequence[RealArray], names: Sequence[str]) -> tuple[str, ...]:
+    """A line that tells of photographs, (h, w, channels), which repeat another one's picture, if there are any."""
+    sums = [float(picture.sum()) for picture in pictures]
+    same = [number for number, picture in enumerate(pictures) if any(
+        sums[before] == sums[number] and np.array_equal(pictures[before], picture) for before in range(number))]
+    return () if not same else (f"{len(same)} of {len(pictures)} photographs repeat the picture of another one, "
+                                f"{names[same[0]]} for one: expected each under a lamp of its own",)
+
+
+def merge_exposures(exposures: Sequence[Exposure]) -> Light:
+    """The light that one or more exposures of one size saw, in units of white at an exposure of 1."""
+    good = [np.asarray((each.pixels < SATURATED).all(axis=2)) for each in exposures]
+    known = np.asarray(np.any(good, axis=0))
+    radiance, shortest = np.zeros(exposures[0].pixels.shape), min(exposures, key=lambda each: each.exposure)
+    for number in range(1 + _ROUNDS):
+        total, weights = np.zeros_like(radiance), np.zeros_like(radiance)
+        for each, is_good in zip(exposures, good, strict=True):
+            # first as if nothing were there but the noise of the dark
+            expected = np.maximum(radiance * each.exposure, 0) if number else 0.0
+            variance = READ ** 2 + SHOT * expected + np.square(each.step) / 12
+            weight = is_good[..., None] * each.exposure ** 2 / variance
+            total, weights = total + weight * each.pixels / each.exposure, weights + weight
+        # where all are saturated, it is as bright as that at least
+        radiance = np.divide(total, weights, out=shortest.pixels / shortest.exposure, where=weights > 0)
+    noise = np.divide(1, np.sqrt(weights), out=np.zeros_like(weights), where=weights > 0)
+    return Light(radiance, noise, known)
+
+
+def subtract_dark(light: Light, dark: Light) -> Light:
+    """Light less what was there with the lamp off."""
+    return Light(light.radiance - dark.radiance, np.hypot(light.noise, dark.noise), light.known & dark.known)
+
+
+def divide_flat(light: Light, flat: Light, middle: RealArray) -> Light:
+    """Light without the vignetting that a photograph of an evenly bright surface shows, in whose middle this is
+    `middle`, (channels,): what is seen there stays as it is."""
+    share = flat.radiance / np.where(middle > 0, middle, 1)
+    seen = flat.known & (share > 0).all(axis=2)
+    share = np.where(seen[..., None], share, 1.0)
+    return Light(light.radiance / share, light.noise / share, light.known & seen)
 
 
 @dataclass
@@ -29,28 +109,34 @@ class Pictures:
     said: dict[Path, PictureFile] = field(default_factory=dict)     # of the files that were read, without their pixels
     _known: dict[tuple[str, str], Light] = field(default_factory=dict)      # of the whole lamp, by key and part
 
+    @cached_property
+    def infos(self) -> list[PictureInfo]:
+        """What the photographs' first files say."""
+        return [read_picture_info(each.files[0]) for each in self.setup.photographs]
+
     @property
     def size(self) -> tuple[int, int]:
         """Height and width of the photographs. Raises DatasetError if they have several."""
         sizes: dict[tuple[int, int], Shot] = {}
-        for each in self.setup.photographs:
-            sizes.setdefault(read_picture_info(each.files[0]).size, each)
+        for each, info in zip(self.setup.photographs, self.infos, strict=True):
+            sizes.setdefault(info.size, each)
         if len(sizes) > 1:
             raise DatasetError("photographs of several sizes found: " + ", ".join(
                 f"{each.name} {width} x {height}" for (height, width), each in sizes.items()), self.setup.path)
         return next(iter(sizes))
 
-    def read_photographs(self, part: Part | None = None,
+    @cached_property
+    def photographs(self) -> list[Light]:
+        """What the photographs show."""
+        return self.read_photographs(self.setup.photographs)
+
+    def read_photographs(self, shots: Sequence[Shot], part: Part | None = None,
                          reduce: Callable[[Light], Light] = lambda light: light) -> list[Light]:
-        """What a part of the photographs shows, each of one size, and is kept of it: they are read one at a time.
-        Raises DatasetError if one is black."""
-        shots, _ = self.setup.photographs, self.size
-        lights = []
+        """What a part of photographs, which have one size, shows, and is kept of it: they are read one at a time."""
+        lights, _ = [], self.size
         for number, each in enumerate(shots):
             progress.report(number / len(shots), f"Reading {each.name}")
             lights.append(reduce(self.lamp_light(each, "files", part)))
-            if part is None:
-                check_bright(lights[-1].radiance, each.files[0])
         return lights
 
     def light(self, given: Lit | LampSetup, key: str, part: Part | None = None) -> Light:
@@ -94,7 +180,9 @@ class Pictures:
         if dark is not None:
             light = subtract_dark(light, dark)
         if flat is not None and lamp.flat:
-            middle = self._known_light("flat", middle_part(read_picture_info(lamp.flat[0]).size))
+            rows, columns = (slice(int(side * (0.5 - _CENTRE)), int(side * (0.5 + _CENTRE)) + 1)
+                             for side in read_picture_info(lamp.flat[0]).size)
+            middle = self._known_light("flat", (rows, columns))
             light = divide_flat(light, flat, middle.radiance.mean(axis=(0, 1)))
         matrix = camera.matrix if camera.matrix is not None else self.said[path].matrix
         return light if matrix is None or light.radiance.shape[2] != 3 else light.convert(matrix)
