@@ -7,8 +7,8 @@
    Algorithms for Separable Nonnegative Matrix Factorization, IEEE Transactions on Pattern Analysis and Machine
    Intelligence 36(4), 2014): the purest texels.
 3. There are as many materials as predict photographs best that were left out: one to four, or none, which is each
-   texel's own Lambertian, a mix of one of each channel, and a lobe of the sample's mean. Where there are many
-   photographs, and mixes of lobes say that more materials are better, both numbers of them are fitted and compared.
+   texel's own Lambertian, a mix of one of each channel, and a lobe of the sample's mean. Lobes judge roughly: of many
+   photographs, what may be better is fitted as well and compared.
 4. Each material is fitted to what the texels that are mostly of it show under all lamps, less what they show of the
    others; then weights and normals, and materials again (Lensch et al. 2003).
 """
@@ -59,7 +59,7 @@ _BETTER = 1.25              # times the error of texels that are each their own,
                             # may have
 _FOLDS, _JUDGED = 5, 250    # times that photographs are left out; texels that are looked at
 _VALUES = 12000             # photographs times texels, if there are so many
-_MANY = 24                  # photographs above which more materials are tried that lobes alone do not ask for
+_MANY = 24                  # photographs above which what lobes leave open is fitted and compared
 _LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
 _FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
 _ROUNDS = 30                # of least squares in turn
@@ -88,36 +88,34 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
         raise DatasetError(f"{len(enough)} texels are seen and lit in {_FEWEST} photographs or more, expected "
                            f"{_LEAST_TEXELS} for the materials to be found in them: give the materials", name)
     texels, seen = grey.part(enough), seen.some(enough)
-    notes: tuple[str, ...] = ()
-    if count is None:
-        count, more, notes = _best_count(seen, frame)
-    else:
-        more = count
-    if count < 1:
-        own = _own(_equations(seen, texels, frame), count == NONE)
-        return tuple(_fit_model(each, f"Part {k}", seen) for k, each in enumerate(own, start=1)), notes
-    with progress.part(0.1, 1.0 if more == count else 0.4):
+    count, rival, notes = _best_count(seen, frame) if count is None else (count, count, ())
+    with progress.part(0.1, 1.0 if rival == count else 0.4):
         fits = _fit_materials(seen, texels, frame, count)
-    if more == count:
+    if rival == count:
         return fits, notes
     with progress.part(0.4, 1.0):
-        others = _fit_materials(seen, texels, frame, more)
+        others = _fit_materials(seen, texels, frame, rival)
     off, less = (_error_of_fits(each, seen, texels, frame) for each in (fits, others))
-    if _BETTER * less < off:
-        fits = others
-    return fits, (*notes, f"Fitted, {_WAYS[count]} predicts them within {off:.1%}, {_WAYS[more]} within {less:.1%}: "
-                          f"{_WAYS[len(fits)]} it is")
+    is_better = _BETTER * less < off
+    return others if is_better else fits, (*notes, (
+        f"Fitted, {_WAYS[count]} predicts them within {off:.1%}, {_WAYS[rival]} within {less:.1%}: "
+        f"{_WAYS[rival if is_better else count]} it is"))
 
 
 def _fit_materials(seen: Observed, texels: Texels, frame: FloatArray, count: int) -> tuple[Fit, ...]:
-    """So many materials, of texels whose slopes are known."""
+    """So many materials, or what `NONE` and `DULL` mix, of texels whose slopes are known; those that no texel shows are
+    not among them."""
+    if count < 1:
+        own = _own(_equations(seen, texels, frame), count == NONE)
+        return tuple(_fit_model(each, f"Part {k}", seen) for k, each in enumerate(own, start=1))
     mixed = _factorise(_equations(seen, texels, frame), count)
     models: Sequence[Reflectance] = _models(mixed.strengths)
     texels = texels._replace(weights=mixed.weights)
     for number in range(_REFINED):
         with progress.part(number / _REFINED, (number + 1) / _REFINED):
             samples = [_pool_samples(models, seen, frame, texels, material) for material in range(len(models))]
-            fits = tuple(fit(each, **PRESETS["Standard"]) for each in progress.each(samples))
+            fits = tuple(fit(each, **PRESETS["Standard"])
+                         for each in progress.each([each for each in samples if each is not None]))
             if number + 1 < _REFINED:
                 texels, models = solve_texels(fits, seen, frame, texels.slopes), fits
     return fits
@@ -185,8 +183,8 @@ def _fit_model(model: Microfacet, name: str, seen: Observed) -> Fit:
 
 
 def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, int, tuple[str, ...]]:
-    """How many materials, or `NONE`, predict photographs that are left out best; the same, or how many more may be
-    better still when they are fitted; and what is to be said of it."""
+    """How many materials, or `NONE`, predict photographs that are left out best; the same, or what may be better still
+    when both are fitted; and what is to be said of it."""
     seen = seen.some(_evenly(seen))
     errors: dict[int | str, list[tuple[float, float]]] = {}
     for used, other in _folds(seen):
@@ -213,19 +211,18 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, int, tuple[str,
     # highlights, which lobes of a few widths miss, are less of the cube roots
     best = next(each for each in numbers if of_roots[each] <= _ENOUGH * min(of_roots[each] for each in numbers))
     own, more = (min(ways, key=lambda each: mean[each]) for ways in ((NONE, DULL), numbers))
-    if _BETTER * mean[own] < mean[best]:
-        best = more = own
-    elif seen.good.shape[1] <= _MANY or _BETTER * mean[more] > mean[best]:
-        more = best
+    rival = next((each for each in (own, more) if _BETTER * mean[each] < mean[best]), best)
+    if seen.good.shape[1] <= _MANY:
+        best = rival = own if rival == own else best
     why = f", for more are not {_ENOUGH:g} times better by cube roots, in which highlights count less" if (
         best not in (NONE, DULL) and mean[best] > min(mean[each] for each in numbers)) else ""
     notes = ["Photographs that were left out are predicted within " + ", ".join(
         f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is{why}"]
     free = min(UNCONSTRAINED, key=lambda each: mean[each])
-    if mean[free] < mean[more]:
+    if mean[free] < mean[rival]:
         notes.append(f"No mix of materials describes this sample: a {free} at each texel, whatever the others are, "
                      f"predicts those within {mean[free]:.1%}")
-    return best, more, tuple(notes)
+    return best, rival, tuple(notes)
 
 
 def _error_of_fits(fits: Sequence[Fit], seen: Observed, texels: Texels, frame: FloatArray) -> float:
@@ -342,8 +339,8 @@ def _strengths(equations: _Equations, weights: FloatArray, free: bool = False) -
 
 
 def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, texels: Texels,
-                  material: int) -> Samples:
-    """What texels that are mostly of one material show of it, about their normals."""
+                  material: int) -> Samples | None:
+    """What texels that are mostly of one material show of it, about their normals; None if none is of it at all."""
     def radiances_at(slopes: FloatArray) -> FloatArray:
         unit = radiances(models, seen.lit, slopes_to_normals(slopes, frame), texels.used)
         return unit * texels.weights[:, None, None]
@@ -364,6 +361,8 @@ def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArr
     normal = np.broadcast_to(slopes_to_normals(texels.slopes[which], frame)[:, None], seen.lit.light[which].shape)
     used = texels.used[which] & (own > 0) & (np.minimum(*(
         np.einsum("npk,npk->np", toward[which], normal) for toward in seen.lit[:2])) > np.cos(STEEPEST))
+    if not used.any():
+        return None
     directions = to_local_angles(normal[used], seen.lit.light[which][used], seen.lit.view[which][used])
     weight = texels.weights[which, material] / np.median(texels.weights[which, material])
     brought = np.cos(directions[0])[:, None] * (seen.lit.brought[which] * weight[:, None, None])[used]
