@@ -58,7 +58,7 @@ _ENOUGH = 1.3               # times the least error of cube roots, that fewer ma
 _BETTER = 1.25              # times the error of texels that are each their own, or of more materials, that materials
                             # may have
 _FOLDS, _JUDGED = 5, 250    # times that photographs are left out; texels that are looked at
-_VALUES = 12000             # photographs times texels, if there are so many
+_JUDGED_VALUES = 12000      # photographs times texels, if there are so many
 _MANY = 24                  # photographs above which what lobes leave open is fitted and compared
 _LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
 _FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
@@ -204,7 +204,7 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, int, tuple[str,
         for name, expected in predict_unconstrained(used, other, frame).items():
             errors.setdefault(name, []).extend(_both_errors(expected, other))
     if not errors:
-        return 1, ()
+        return 1, 1, ()
     # a photograph that is missed by more than it shows counts by as much: a metal's Lambertians miss those of low lamps
     mean, of_roots = ({way: float(np.mean(each, axis=0)[k]) for way, each in errors.items()} for k in (0, 1))
     numbers = range(1, MOST_MATERIALS + 1)
@@ -236,7 +236,7 @@ def _error_of_fits(fits: Sequence[Fit], seen: Observed, texels: Texels, frame: F
 
 def _evenly(seen: Observed) -> IntArray:
     """The numbers of texels that are looked at: fewer where there are many photographs, of which all count."""
-    most = min(len(seen.good), _JUDGED, max(_VALUES // seen.good.shape[1], _LEAST_TEXELS))
+    most = min(len(seen.good), _JUDGED, max(_JUDGED_VALUES // seen.good.shape[1], _LEAST_TEXELS))
     return np.linspace(0, len(seen.good) - 1, most).astype(int)
 
 
