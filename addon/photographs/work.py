@@ -36,7 +36,7 @@ from ..work import tasks
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs
 START = -0.6, -0.8, 0.7     # m from the origin: where lamps are until somebody says where they stood
 LIGHT_POSITIONS = light_positions.SUFFIX, *light_positions.PROJECTS
-_ALIKE = 0.01               # relative difference of exposures that are the same
+_SAME_EXPOSURE = 0.01       # relative difference of exposures that are the same
 # what messages have of a description, and what the panel has in its place
 _IN_PANEL = {'say so by encoding = "linear"': "set Values to Linear",
              "leave_out leaves such photographs out": "Untick such photographs to leave them out",
@@ -176,7 +176,7 @@ def _bracket(exposures: Sequence[float | None]) -> int:
     known = [each for each in exposures if each is not None]
     if len(known) < len(exposures):
         return 1
-    are_alike = partial(math.isclose, rel_tol=_ALIKE)
+    are_alike = partial(math.isclose, rel_tol=_SAME_EXPOSURE)
     for count in range(2, len(known) // 2 + 1):
         repeats = len(known) % count == 0 and all(map(are_alike, known, known[:count] * (len(known) // count)))
         if repeats and not any(are_alike(a, b) for a, b in pairwise(sorted(known[:count]))):
