@@ -72,6 +72,18 @@ float largest_radius(LampList lamps)
   return widest < SMALL_LAMP_RADIUS ? 0.0 : widest;
 }
 
+/* How many lamps of equal light would differ as these do: 1 where one of them has nearly all. */
+float lamps_alike(LampList lamps)
+{
+  float light = 0.0;
+  float squared = 0.0;
+  for (int i = 0; i < lamps.count; i++) {
+    light += lamps.light[i];
+    squared += lamps.light[i] * lamps.light[i];
+  }
+  return lamps.count > 1 ? light * light / squared : 1.0;
+}
+
 /* One of the lamps that are not small, of which there must be one, with a probability in proportion to its light. */
 int sample_lamp(LampList lamps, point seed)
 {

@@ -197,15 +197,15 @@ int spread_over_lamp(LampList lamps, vector w, color value, color shown, output 
   return 0;
 }
 
-/* A lobe is hardly ever followed: Cycles finds lamps by sampling them, and the weights of all closures are the denoiser's
- * albedo. */
-closure color light_lobe_closures(float FLAT_RAMP[], LightLobes lobes, ShadingFrame frame, color tint)
+/* `share` is how many samples have lobes. A lobe is hardly ever followed: Cycles finds lamps by sampling them, and the
+ * weights of all closures are the denoiser's albedo. */
+closure color light_lobe_closures(float FLAT_RAMP[], LightLobes lobes, float share, ShadingFrame frame, color tint)
 {
   closure color sum = 0;
   for (int i = 0; i < lobes.count; i++) {
     if (lobes.present[i]) {
       vector half = normalize(frame.wo + lobes.axis[i]);
-      color height = lobes.height[i];
+      color height = lobes.height[i] / share;
       float weight = LIGHT_LOBE_WEIGHT;
       color top = height * (M_2PI / (weight * dot(half, lobes.axis[i]) * (lobes.exponent[i] + 2.0)));
       color ramp[KNOTS];

@@ -9,19 +9,27 @@
 
 /* How a sample of a shading point carries it. */
 struct ResidualPlan {
-  int sampled;              /* whether this sample has a direction */
-  float probability;        /* with which it has */
+  int exact;                /* whether this sample has light lobes, and may have a direction */
+  float exact_share;        /* how many have */
+  int sampled;              /* whether it has a direction */
+  float probability;        /* with which a sample has one */
   float toward_lamp;        /* the selection probability of directions about a lamp */
 };
 
-ResidualPlan plan_residual(Mixture mixture, LampList lamps, point seed)
+/* Of several lamps Cycles takes one at random in a sample. Beside the noise of that it is little, and saves time, that
+ * some samples show the mixture alone, and the others as much more of the rest. Small lamps alone have hardly any noise,
+ * and of many lamps some are taken already. */
+ResidualPlan plan_residual(Mixture mixture, LampList lamps, int many, point seed)
 {
   ResidualPlan plan;
   float largest = largest_radius(lamps);
   float size = min(largest / LARGE_LAMP_RADIUS, 1.0);
-  plan.probability = max(mixture.probability, size);
+  plan.exact_share = many || largest == 0.0 ? 1.0 : clamp(1.0 / lamps_alike(lamps), mixture.probability, 1.0);
+  plan.exact = random(seed, RANDOM_EXACT) < plan.exact_share;
+  float sampled_share = max(mixture.probability / plan.exact_share, size);
+  plan.sampled = random(seed, RANDOM_RESIDUAL) < sampled_share;
+  plan.probability = plan.exact_share * sampled_share;
   plan.toward_lamp = largest > 0.0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
-  plan.sampled = random(seed, RANDOM_RESIDUAL) < plan.probability;
   return plan;
 }
 
@@ -100,7 +108,7 @@ Carried carry_residual(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampLi
                                 channel_sum(fabs(value)) / max(channel_sum(whole), LEAST_WEIGHT)), 1.0);
     int is_small = channel_sum(fabs(value)) < SMALL_CORRECTION * channel_sum(shown);
     color followed = is_small ? color(0.0) : max(value, -min(carried.corrected * whole, MOST_CORRECTED * above * shown));
-    int is_spread = spread_over_lamp(lamps, wi, (value - followed) / (pdf * above), shown, lobes);
+    int is_spread = spread_over_lamp(lamps, wi, (value - followed) * (plan.exact_share / (pdf * above)), shown, lobes);
     if (is_spread || !is_small) {
       value = followed;
     }
@@ -139,41 +147,44 @@ closure color residual_closure(Mixture mixture, Carried carried, ResidualPlan pl
 closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int crowded, int closure_limited,
                              ShadingFrame frame, color tint, point seed, output Mixture mixture)
 {
-  ResidualPlan plan = plan_residual(mixture, lamps, seed);
-  Evaluated all;
-  LightLobes lobes;
-  int many = crowded && lamps.count > max_light_lobes(closure_limited);
-  float times[MAX_LAMPS];
-  if (many) {
-    sample_lobes(lamps, closure_limited, seed, times);
-    needed_lobes(lamps, times, all.needed);
-  }
-  for (int i = 0; i < lamps.count; i++) {
-    all.direction[i] = lamps.direction[i];
-    if (!many) {
-      all.needed[i] = has_lobe(lamps, i);
-      times[i] = 1.0;
-    }
-  }
-  int last = lamps.count;
-  all.count = last + 1;
-  all.needed[last] = 0;
-  if (plan.sampled) {
-    all.direction[last] = sample_residual(mixture, lamps, plan, seed);
-    all.needed[last] = all.direction[last][2] >= LEAST_HORIZON_COSINE && !lobe_covers(lamps, all.direction[last]);
-  }
-  prepare_facets(mixture);
-  evaluate_all(FIT, mixture, all);
-  fit_light_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
-  if (many) {
-    keep_sampled_lobes(lobes);
-  }
   closure color sum = 0;
-  if (all.needed[last]) {
-    Carried carried = carry_residual(FLAT_RAMP, mixture, all, lamps, plan, lobes);
-    if (carried.value != color(0.0)) {
-      sum = residual_closure(mixture, carried, plan, frame, tint);
+  int many = crowded && lamps.count > max_light_lobes(closure_limited);
+  ResidualPlan plan = plan_residual(mixture, lamps, many, seed);
+  if (plan.exact) {
+    Evaluated all;
+    LightLobes lobes;
+    float times[MAX_LAMPS];
+    if (many) {
+      sample_lobes(lamps, closure_limited, seed, times);
+      needed_lobes(lamps, times, all.needed);
     }
+    for (int i = 0; i < lamps.count; i++) {
+      all.direction[i] = lamps.direction[i];
+      if (!many) {
+        all.needed[i] = has_lobe(lamps, i);
+        times[i] = 1.0;
+      }
+    }
+    int last = lamps.count;
+    all.count = last + 1;
+    all.needed[last] = 0;
+    if (plan.sampled) {
+      all.direction[last] = sample_residual(mixture, lamps, plan, seed);
+      all.needed[last] = all.direction[last][2] >= LEAST_HORIZON_COSINE && !lobe_covers(lamps, all.direction[last]);
+    }
+    prepare_facets(mixture);
+    evaluate_all(FIT, mixture, all);
+    fit_light_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
+    if (many) {
+      keep_sampled_lobes(lobes);
+    }
+    if (all.needed[last]) {
+      Carried carried = carry_residual(FLAT_RAMP, mixture, all, lamps, plan, lobes);
+      if (carried.value != color(0.0)) {
+        sum = residual_closure(mixture, carried, plan, frame, tint);
+      }
+    }
+    sum = sum + light_lobe_closures(FLAT_RAMP, lobes, plan.exact_share, frame, tint);
   }
-  return sum + light_lobe_closures(FLAT_RAMP, lobes, frame, tint);
+  return sum;
 }

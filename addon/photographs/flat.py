@@ -42,6 +42,7 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
     def apply(self, context: bpy.types.Context,
               prepared: tuple[measuring.SampleResult, list[compiler.Shader]]) -> None:
         (maps, shaders), settings = prepared, self.settings()
+        told, doubts = (measuring.translate_keys("\n".join(each)) for each in (maps.told, maps.doubts))
         chosen = [find_by_session_uid(bpy.data.materials, uid) for uid in self._uids]
         if None in chosen:
             raise ValueError("A material that was chosen has been removed meanwhile")
@@ -59,8 +60,10 @@ class MEASUREDBRDF_OT_measure_sample(HasPhotographs, bpy.types.Operator):
         settings.camera.matrix_basis = pose
         for lamp, light, energy, colour in lights:
             lamp.data, light.energy, light.color = light, energy, colour
-        self.tell(settings, maps.told, maps.doubts,
-                  f"{mixes[-1].name}: a mix of {', '.join(each.name for each in parts)}")
+        settings.told, settings.doubts = told, doubts
+        for line in doubts.splitlines():
+            self.report({"WARNING"}, line)
+        self.report({"INFO"}, f"{mixes[-1].name}: a mix of {', '.join(each.name for each in parts)}")
 
 
 def _embedded_fit(chosen: bpy.types.Material) -> EmbeddedFit:

@@ -54,13 +54,6 @@ class HasPhotographs(InBackground):
         self._scene = not_none(context.scene).session_uid
         return photographs.get(not_none(context.scene))
 
-    def tell(self, settings: Any, told: Sequence[str], doubts: Sequence[str], line: str) -> None:
-        """Store what is to be said, in the words of the panel, and report a line and what is wrong."""
-        settings.told, settings.doubts = (measuring.translate_keys("\n".join(lines)) for lines in (told, doubts))
-        for each in settings.doubts.splitlines():
-            self.report({"WARNING"}, each)
-        self.report({"INFO"}, line)
-
     def settings(self) -> Any:
         """Those of the scene that was remembered. ValueError if it, or what is measured, has been removed meanwhile."""
         scene = find_by_session_uid(bpy.data.scenes, self._scene)
@@ -279,7 +272,8 @@ them"""
         return result, compiler.compile_surface(result.outcome.surface)
 
     def apply(self, context: bpy.types.Context, prepared: tuple[measuring.BallResult, compiler.Shader]) -> None:
-        (outcome, content, centre, intensity, told, doubts), shader = prepared
+        (outcome, content, centre, intensity, *lines), shader = prepared
+        told, doubts = (measuring.translate_keys("\n".join(each)) for each in lines)
         settings = self.settings()
         ball, energy, colour = settings.ball, *blender_light(intensity)
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
@@ -292,11 +286,15 @@ them"""
             made = material.create(outcome, self._choices, context, shader)
             if why := targets.assign(targets.Target(ball.session_uid), made):
                 raise ValueError(why)
+        summary = quality_summary(made.measured_brdf).line
         # no call may follow that can fail: this is not taken back
         ball.location = centre
         for light in lights:
             light.energy, light.color = energy, colour
-        self.tell(settings, told, doubts, f"{made.name}: {quality_summary(made.measured_brdf).line}")
+        settings.told, settings.doubts = told, doubts
+        for line in doubts.splitlines():
+            self.report({"WARNING"}, line)
+        self.report({"INFO"}, f"{made.name}: {summary}")
 
 
 def blender_light(intensity: FloatArray) -> tuple[float, FloatArray]:

@@ -25,10 +25,10 @@ _DUST, _COVERED = np.array([0.42, 0.38, 0.32]), 0.4     # its albedo, and how mu
 _LARGEST = 20.0             # factor of a diffuse part: of what is nearly black
 _LEAST = 1e-4               # albedo that counts
 _SMOOTH = {"coat": 1.0, "coat_width": COAT_WIDTHS[0]}
-_ALIKE: dict[str, dict[str, Any]] = {       # whatever the fit is
+_FIXED_VARIATIONS: dict[str, dict[str, Any]] = {       # whatever the fit is
     "satin": {"width": 2.0}, "aged": {"diffuse": [0.85, 0.78, 0.66], "highlight": [0.7, 0.65, 0.55], "width": 1.6},
     "lacquered": _SMOOTH}
-VARIATIONS = (*_ALIKE, "wet", "dusty")
+VARIATIONS = (*_FIXED_VARIATIONS, "wet", "dusty")
 
 
 def variation(name: str, fit: Fit) -> dict[str, Any]:
@@ -36,8 +36,8 @@ def variation(name: str, fit: Fit) -> dict[str, Any]:
 
     Raises ValueError if `name` is not one of `VARIATIONS`.
     """
-    if name in _ALIKE:
-        return {**_ALIKE[name]}
+    if name in _FIXED_VARIATIONS:
+        return {**_FIXED_VARIATIONS[name]}
     if name == "wet":
         if _is_shiny(fit):
             return {**_SMOOTH}

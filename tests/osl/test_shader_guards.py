@@ -329,9 +329,9 @@ def test_a_lobe_stands_at_lamps_whose_middle_is_seen_and_that_are_not_wide(probe
 def test_directions_are_sampled_about_lamps_only_where_one_of_them_is_large(probe, foil):
     share = """Mixture mixture;
       interpolate_mixture(MIXTURE, vector(0.6, 0.0, 0.8), 1, mixture);
-      ResidualPlan all = plan_residual(mixture, lamps, point(0.5));
+      ResidualPlan all = plan_residual(mixture, lamps, 0, point(0.5));
       lamps.count = 0;
-      ResidualPlan none = plan_residual(mixture, lamps, point(0.5));
+      ResidualPlan none = plan_residual(mixture, lamps, 0, point(0.5));
       out = color(all.toward_lamp, none.toward_lamp, 0.0);"""
     up = leaning(0)
     small, large = (probe(foil, LAMPS + share, 1, **lamps_of((up, 0.0), (up, radius), (leaning(50), 0.004)))[0]

@@ -7,12 +7,13 @@
    Algorithms for Separable Nonnegative Matrix Factorization, IEEE Transactions on Pattern Analysis and Machine
    Intelligence 36(4), 2014): the purest texels.
 3. There are as many materials as predict photographs best that were left out: one to four, or none, which is each
-   texel's own Lambertian, a mix of one of each channel, and a lobe of the sample's mean.
+   texel's own Lambertian, a mix of one of each channel, and a lobe of the sample's mean. Lobes judge roughly: of many
+   photographs, what may be better is fitted as well and compared.
 4. Each material is fitted to what the texels that are mostly of it show under all lamps, less what they show of the
    others; then weights and normals, and materials again (Lensch et al. 2003).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -54,8 +55,11 @@ NONE, DULL = 0, -1          # of the materials that a sample is a mix of: each t
 _WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range(1, MOST_MATERIALS + 1)},
          NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}
 _ENOUGH = 1.3               # times the least error of cube roots, that fewer materials may have
-_OWN_BETTER = 1.25          # times the error of texels that are each their own, that materials may have
-_FOLDS, _JUDGED, _SHOTS = 5, 250, 24    # times that photographs are left out; texels and photographs that are looked at
+_BETTER = 1.25              # times the error of texels that are each their own, or of more materials, that materials
+                            # may have
+_FOLDS, _JUDGED = 5, 250    # times that photographs are left out; texels that are looked at
+_VALUES = 12000             # photographs times texels, if there are so many
+_MANY = 24                  # photographs above which what lobes leave open is fitted and compared
 _LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
 _FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
 _ROUNDS = 30                # of least squares in turn
@@ -84,23 +88,37 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
         raise DatasetError(f"{len(enough)} texels are seen and lit in {_FEWEST} photographs or more, expected "
                            f"{_LEAST_TEXELS} for the materials to be found in them: give the materials", name)
     texels, seen = grey.part(enough), seen.some(enough)
-    notes: tuple[str, ...] = ()
-    if count is None:
-        count, notes = _best_count(seen, frame)
-    equations = _equations(seen, texels, frame)
+    count, rival, notes = _best_count(seen, frame) if count is None else (count, count, ())
+    with progress.part(0.1, 1.0 if rival == count else 0.4):
+        fits = _fit_materials(seen, texels, frame, count)
+    if rival == count:
+        return fits, notes
+    with progress.part(0.4, 1.0):
+        others = _fit_materials(seen, texels, frame, rival)
+    off, less = (_error_of_fits(each, seen, texels, frame) for each in (fits, others))
+    is_better = _BETTER * less < off
+    return others if is_better else fits, (*notes, (
+        f"Fitted, {_WAYS[count]} predicts them within {off:.1%}, {_WAYS[rival]} within {less:.1%}: "
+        f"{_WAYS[rival if is_better else count]} it is"))
+
+
+def _fit_materials(seen: Observed, texels: Texels, frame: FloatArray, count: int) -> tuple[Fit, ...]:
+    """So many materials, or what `NONE` and `DULL` mix, of texels whose slopes are known; those that no texel shows are
+    not among them."""
     if count < 1:
-        return tuple(_fit_model(each, f"Part {k}", seen)
-                     for k, each in enumerate(_own(equations, count == NONE), start=1)), notes
-    mixed = _factorise(equations, count)
+        own = _own(_equations(seen, texels, frame), count == NONE)
+        return tuple(_fit_model(each, f"Part {k}", seen) for k, each in enumerate(own, start=1))
+    mixed = _factorise(_equations(seen, texels, frame), count)
     models: Sequence[Reflectance] = _models(mixed.strengths)
     texels = texels._replace(weights=mixed.weights)
     for number in range(_REFINED):
-        with progress.part(0.1 + 0.45 * number, 0.1 + 0.45 * (number + 1)):
+        with progress.part(number / _REFINED, (number + 1) / _REFINED):
             samples = [_pool_samples(models, seen, frame, texels, material) for material in range(len(models))]
-            fits = tuple(fit(each, **PRESETS["Standard"]) for each in progress.each(samples))
+            fits = tuple(fit(each, **PRESETS["Standard"])
+                         for each in progress.each([each for each in samples if each is not None]))
             if number + 1 < _REFINED:
                 texels, models = solve_texels(fits, seen, frame, texels.slopes), fits
-    return fits, notes
+    return fits
 
 
 def _lobes() -> list[Microfacet]:
@@ -164,15 +182,12 @@ def _fit_model(model: Microfacet, name: str, seen: Observed) -> Fit:
                        "photographs of a flat sample"), **PRESETS["Standard"])
 
 
-def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]]:
-    """How many materials, or `NONE`, predict photographs that are left out best; and what is to be said of it."""
-    some = np.linspace(0, len(seen.good) - 1, min(len(seen.good), _JUDGED)).astype(int)
-    shots = np.unique(np.linspace(0, seen.good.shape[1] - 1, _SHOTS).astype(int))
-    seen, count = seen.some(some).some(np.s_[:, shots]), len(shots)
+def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, int, tuple[str, ...]]:
+    """How many materials, or `NONE`, predict photographs that are left out best; the same, or what may be better still
+    when both are fitted; and what is to be said of it."""
+    seen = seen.some(_evenly(seen))
     errors: dict[int | str, list[tuple[float, float]]] = {}
-    for fold in range(min(_FOLDS, count)):
-        left = np.arange(count) % _FOLDS == fold
-        used, other = (seen._replace(good=seen.good & which) for which in (~left, left))
+    for used, other in _folds(seen):
         if (used.good.sum(axis=1) < _FEWEST).all():
             continue
         grey = solve_texels(_lobes(), _mean_channels(used), frame)
@@ -185,12 +200,7 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
                 for number in range(1, MOST_MATERIALS + 1)} | {
                         NONE: _own(equations), DULL: _own(equations, False)}
         for way, models in ways.items():
-            found = solve_texels(models, used, frame, texels.slopes)
-            prior = estimate_prior(found)
-            if prior.is_poor:
-                found = solve_texels(models, used, frame, found.slopes, prior)
-            unit = radiances(models, other.lit, slopes_to_normals(found.slopes, frame), other.good)
-            errors.setdefault(way, []).extend(_both_errors(np.einsum("npcm,nm->npc", unit, found.weights), other))
+            errors.setdefault(way, []).extend(_both_errors(_predict(models, used, other, frame, texels.slopes), other))
         for name, expected in predict_unconstrained(used, other, frame).items():
             errors.setdefault(name, []).extend(_both_errors(expected, other))
     if not errors:
@@ -200,18 +210,54 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
     numbers = range(1, MOST_MATERIALS + 1)
     # highlights, which lobes of a few widths miss, are less of the cube roots
     best = next(each for each in numbers if of_roots[each] <= _ENOUGH * min(of_roots[each] for each in numbers))
-    own = min(NONE, DULL, key=lambda each: mean[each])
-    if _OWN_BETTER * mean[own] < mean[best]:
-        best = own
+    own, more = (min(ways, key=lambda each: mean[each]) for ways in ((NONE, DULL), numbers))
+    rival = next((each for each in (own, more) if _BETTER * mean[each] < mean[best]), best)
+    if seen.good.shape[1] <= _MANY:
+        best = rival = own if rival == own else best
     why = f", for more are not {_ENOUGH:g} times better by cube roots, in which highlights count less" if (
         best not in (NONE, DULL) and mean[best] > min(mean[each] for each in numbers)) else ""
     notes = ["Photographs that were left out are predicted within " + ", ".join(
         f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is{why}"]
     free = min(UNCONSTRAINED, key=lambda each: mean[each])
-    if mean[free] < mean[best]:
+    if mean[free] < mean[rival]:
         notes.append(f"No mix of materials describes this sample: a {free} at each texel, whatever the others are, "
                      f"predicts those within {mean[free]:.1%}")
-    return best, tuple(notes)
+    return best, rival, tuple(notes)
+
+
+def _error_of_fits(fits: Sequence[Fit], seen: Observed, texels: Texels, frame: FloatArray) -> float:
+    """The mean error of photographs that are left out in turn when texels are solved as a mix of these materials."""
+    errors: list[float] = []
+    some = _evenly(seen)
+    for used, other in _folds(seen.some(some)):
+        errors += relative_errors(_predict(fits, used, other, frame, texels.slopes[some]), other)
+    return float(np.mean(errors))
+
+
+def _evenly(seen: Observed) -> IntArray:
+    """The numbers of texels that are looked at: fewer where there are many photographs, of which all count."""
+    most = min(len(seen.good), _JUDGED, max(_VALUES // seen.good.shape[1], _LEAST_TEXELS))
+    return np.linspace(0, len(seen.good) - 1, most).astype(int)
+
+
+def _folds(seen: Observed) -> Iterator[tuple[Observed, Observed]]:
+    """The same without some of the photographs, and these alone, in turn."""
+    number = np.arange(seen.good.shape[1])
+    for fold in range(min(_FOLDS, len(number))):
+        left = number % _FOLDS == fold
+        yield seen._replace(good=seen.good & ~left), seen._replace(good=seen.good & left)
+
+
+def _predict(models: Sequence[Reflectance], used: Observed, other: Observed, frame: FloatArray,
+             slopes: FloatArray) -> FloatArray:
+    """What mixes of models, solved from slopes (n, 2), say of other photographs of the same texels: (n, p, channels).
+    """
+    found = solve_texels(models, used, frame, slopes)
+    prior = estimate_prior(found)
+    if prior.is_poor:
+        found = solve_texels(models, used, frame, found.slopes, prior)
+    unit = radiances(models, other.lit, slopes_to_normals(found.slopes, frame), other.good)
+    return np.asarray(np.einsum("npcm,nm->npc", unit, found.weights))
 
 
 def _both_errors(expected: FloatArray, seen: Observed) -> list[tuple[float, float]]:
@@ -293,8 +339,8 @@ def _strengths(equations: _Equations, weights: FloatArray, free: bool = False) -
 
 
 def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArray, texels: Texels,
-                  material: int) -> Samples:
-    """What texels that are mostly of one material show of it, about their normals."""
+                  material: int) -> Samples | None:
+    """What texels that are mostly of one material show of it, about their normals; None if none is of it at all."""
     def radiances_at(slopes: FloatArray) -> FloatArray:
         unit = radiances(models, seen.lit, slopes_to_normals(slopes, frame), texels.used)
         return unit * texels.weights[:, None, None]
@@ -315,6 +361,8 @@ def _pool_samples(models: Sequence[Reflectance], seen: Observed, frame: FloatArr
     normal = np.broadcast_to(slopes_to_normals(texels.slopes[which], frame)[:, None], seen.lit.light[which].shape)
     used = texels.used[which] & (own > 0) & (np.minimum(*(
         np.einsum("npk,npk->np", toward[which], normal) for toward in seen.lit[:2])) > np.cos(STEEPEST))
+    if not used.any():
+        return None
     directions = to_local_angles(normal[used], seen.lit.light[which][used], seen.lit.view[which][used])
     weight = texels.weights[which, material] / np.median(texels.weights[which, material])
     brought = np.cos(directions[0])[:, None] * (seen.lit.brought[which] * weight[:, None, None])[used]

@@ -108,6 +108,37 @@ def test_a_way_that_misses_some_photographs_altogether_is_not_taken(materials, m
     assert flat_finding._best_count(seen, frame)[0] == 1
 
 
+@pytest.mark.parametrize(("count", "better"), [(16, 1), (30, 4)])
+def test_all_of_many_photographs_say_whether_more_materials_may_be_better(materials, monkeypatch, count, better):
+    """Four materials halve the error but not that of cube roots; few photographs cannot tell so many apart."""
+    sample = flat_scene.Sample(materials[2:], lambda u, v: np.ones((len(u), 1)), flat_scene.bumps)
+    shots = photographed(sample, flat_scene.lamps(count))
+    frame = flat.sample_frame(flat_scene.corners(), shots)
+    seen = observe(shots, flat.texel_points(flat_scene.corners(), (8, 8)), frame[2])
+    judged = []
+    by_way = cycle([[(error, 0.2)] for error in (0.6, 0.5, 0.5, 0.3, 0.7, 0.7, 0.7, 0.7)])
+
+    def errors(expected, other):
+        judged.append(other.good.any(axis=0))
+        return next(by_way)
+
+    monkeypatch.setattr(flat_finding, "_both_errors", errors)
+    assert flat_finding._best_count(seen, frame)[:2] == (1, better)
+    assert np.any(judged, axis=0).sum() == count
+
+
+@pytest.mark.parametrize(("count", "wrong"), [(1, 3), (2, 1)])
+def test_fits_decide_where_lobes_leave_open_how_many_materials_there_are(materials, monkeypatch, count, wrong):
+    """One material for which three are fitted as well, none of whose texels show the third; and two of which one is
+    not enough."""
+    weights = flat_scene.sharp_weights(2) if count == 2 else lambda u, v: np.ones((len(u), 1))
+    sample = flat_scene.Sample(materials[:count], weights, flat_scene.bumps)
+    monkeypatch.setattr(flat_finding, "_best_count", lambda *_: (*sorted((count, wrong)), ()))
+    maps = fitter.maps_from_flat(photographed(sample, flat_scene.lamps(30)), flat_scene.corners(), GIVEN)
+    assert len(maps.fits) == count, maps.notes
+    assert off(maps, sample) < 0.08
+
+
 def test_shadows_and_saturated_texels_do_not_count(materials):
     sample = flat_scene.Sample(materials[:2], flat_scene.smooth_weights(2), flat_scene.bumps)
     shots = photographed(sample, flat_scene.lamps())
