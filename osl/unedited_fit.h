@@ -65,7 +65,7 @@ float smooth_max_one(float x)
 {
   float larger = max(x, 1.0);
   float ratio = min(x, 1.0) / larger;
-  if (ratio < 0.3) {
+  if (ratio < NEGLIGIBLE_RATIO) {
     return larger;
   }
   ratio *= ratio;
