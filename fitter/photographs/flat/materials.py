@@ -88,9 +88,12 @@ def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | N
         raise DatasetError(f"{len(enough)} texels are seen and lit in {_FEWEST} photographs or more, expected "
                            f"{_LEAST_TEXELS} for the materials to be found in them: give the materials", name)
     texels, seen = grey.part(enough), seen.some(enough)
+    asked = count
     count, rival, notes = _best_count(seen, frame) if count is None else (count, count, ())
     with progress.part(0.1, 1.0 if rival == count else 0.4):
         fits = _fit_materials(seen, texels, frame, count)
+    if asked is not None and len(fits) < asked:
+        return fits, (f"The photographs show {_WAYS[len(fits)]}, where {asked} were asked for",)
     if rival == count:
         return fits, notes
     with progress.part(0.4, 1.0):

@@ -139,6 +139,14 @@ def test_fits_decide_where_lobes_leave_open_how_many_materials_there_are(materia
     assert off(maps, sample) < 0.08
 
 
+def test_fewer_materials_than_were_asked_for_are_told(materials):
+    sample = flat_scene.Sample(materials[:1], lambda u, v: np.ones((len(u), 1)), flat_scene.bumps)
+    maps = fitter.maps_from_flat(photographed(sample, flat_scene.lamps(30)), flat_scene.corners(), GIVEN, 3)
+    words = ["The photographs show 1 material, where 3 were asked for",
+             "The photographs show 2 materials, where 3 were asked for"]
+    assert words[len(maps.fits) - 1] in maps.notes
+
+
 def test_shadows_and_saturated_texels_do_not_count(materials):
     sample = flat_scene.Sample(materials[:2], flat_scene.smooth_weights(2), flat_scene.bumps)
     shots = photographed(sample, flat_scene.lamps())
