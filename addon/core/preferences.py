@@ -1,7 +1,6 @@
 """Preferences: the preset of new materials, and the folders of measurements and assets."""
 
-from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
@@ -11,7 +10,18 @@ from .annotations import not_none
 from .storage.properties import PRESET_ITEMS, draw_presets
 
 _PACKAGE = __package__.rpartition(".addon")[0]
-_DEFAULTS = SimpleNamespace(preset="Standard", data_folder="", asset_library="", favourites="")
+
+
+class _Defaults(NamedTuple):
+    """Nothing can be stored in them, as who stores a preference learns."""
+
+    preset: str = "Standard"
+    data_folder: str = ""
+    asset_library: str = ""
+    favourites: str = ""
+
+
+_DEFAULTS = _Defaults()
 
 
 class MeasuredPreferences(bpy.types.AddonPreferences):

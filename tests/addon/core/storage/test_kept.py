@@ -113,8 +113,9 @@ def size(tmp_path):
 
 
 def test_an_rgb_material_is_light(imported, cornell, tmp_path):
-    """Krylon, Standard. The bounds are a tenth above what was measured: 178 kB of source, which the compiler reads, and
-    231 kB of bytecode and 510 kB in all, which the file and each undo step have once for each such material."""
+    """Krylon, Standard: 202 kB of source, which the compiler reads, 151 of them numbers. The other bounds are a tenth
+    above what was measured: 222 kB of bytecode and 501 kB in all, which the file and each undo step have once for each
+    such material."""
     imported()                                      # the lamps, which all materials share
     before = size(tmp_path)
     path = cornell("krylon_blue_RGB").source
@@ -123,9 +124,9 @@ def test_an_rgb_material_is_light(imported, cornell, tmp_path):
     sizes = {"source": len(bake(fitter.Fit.from_bytes(kept(bpy.context.object.active_material)))),
              "bytecode": len(tree.nodes["Measured BRDF Shader"].bytecode), ".blend": size(tmp_path) - before}
     print(sizes)
-    assert sizes["source"] < 200_000
-    assert sizes["bytecode"] < 255_000
-    assert sizes[".blend"] < 560_000
+    assert sizes["source"] < 205_000
+    assert sizes["bytecode"] < 245_000
+    assert sizes[".blend"] < 550_000
 
 
 def test_appended_materials_share_the_groups_of_their_lobes_with_those_of_the_file(imported, tmp_path):
