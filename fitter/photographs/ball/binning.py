@@ -19,8 +19,8 @@ _PRIOR_COUNT = 3            # pixels with the scatter that was expected, which t
 
 def bin_samples(directions: Directions, values: FloatArray, deviation: FloatArray,
                 most: int) -> tuple[Directions, FloatArray, FloatArray]:
-    """Average values (n, channels) in so many cells at most; each is expected to have the relative standard deviation,
-    (n,), and a cell has that of its mean: as its values are expected to scatter, or as they do."""
+    """Weighted means of values (n, channels) in so many cells of their directions at most, and their relative standard
+    deviations, which are estimated from the scatter in a cell and the `deviation` expected of each value, (n,)."""
     mu = 2 * SYSTEM.encode(*directions) - 1
     cell = _cells(mu, most)
     count = int(cell.max()) + 1

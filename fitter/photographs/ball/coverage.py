@@ -112,6 +112,6 @@ def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
         part = slice(*np.searchsorted(theta_i, (low[0], high[0])))
         near = np.flatnonzero((theta_o[part] > low[1]) & (theta_o[part] < high[1])) + part.start
         if len(near):
-            apart = cosines(probes[inside], theta_i[near], theta_o[near], azimuth[near])
-            covered[inside] = (apart > np.cos(REACH)).any(axis=1)
+            closeness = cosines(probes[inside], theta_i[near], theta_o[near], azimuth[near])
+            covered[inside] = (closeness > np.cos(REACH)).any(axis=1)
     return covered
