@@ -36,9 +36,9 @@ class HighlightColour:
     weights: FloatArray         # what samples weigh at equal distances, (n,): their share of the highlight
 
     def blend(self, directions: Directions, continued: FloatArray, left_out: bool = False) -> FloatArray:
-        """The log of relative reflectance that a Gaussian process predicts at directions, `continued`, (n, channels), with
-        the colour of the samples' weighted mean in highlights, at the same brightness. With `left_out`, the directions
-        are the samples', of which none is to know its own value."""
+        """The log of relative reflectance that a Gaussian process predicts at directions, `continued`, (n, channels),
+        with the colour of the samples' weighted mean in highlights, at the same brightness. With `left_out`, the
+        directions are the samples', of which none is to know its own value."""
         share = highlight_share(self.transform, directions)
         which = np.flatnonzero(share > _LEAST_SHARE)
         blended = continued.copy()
