@@ -97,13 +97,20 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         One to four isotropic materials that are mixed; by default, or of so many, they are found in the photographs
         (`materials`), which then say nothing of the scale of each one's weights: its purest texels have about 1.
 
-    Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat. A texel
-    that has eight pixels or more along both axes is their mean.
+    Returns
+    -------
+    Maps
+        Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat. A
+        texel that has eight pixels or more along both axes is their mean.
 
-    Raises DatasetError if there are fewer than two photographs, their sizes differ, one is black, corners are crossed,
-    clockwise or not in a plane, a lamp is behind the sample, no texel is seen in two photographs, or too few for
-    materials to be found in them; ValueError if the materials are too many or anisotropic, or their channels are not
-    those of the photographs.
+    Raises
+    ------
+    DatasetError
+        If there are fewer than two photographs, their sizes differ, one is black, corners are crossed, clockwise or not
+        in a plane, a lamp is behind the sample, no texel is seen in two photographs, or too few for materials to be
+        found in them.
+    ValueError
+        If the materials are too many or anisotropic, or their channels are not those of the photographs.
     """
     if len(photographs) < 2:
         raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "
