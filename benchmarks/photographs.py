@@ -140,7 +140,7 @@ def predicted(taken):
     for left_out in LEFT_OUT:
         measured_scale = gather_samples(
             [each for number, each in enumerate(taken) if number not in left_out], GRAY_BALL, "")
-        samples = scale_samples(measured_scale, _ALBEDO)
+        samples, *_ = scale_samples(measured_scale, _ALBEDO)
         times = measured_scale.values.sum() / samples.values.sum()
         for name, way in ways.items():
             model = way(samples)
