@@ -14,7 +14,7 @@ POLISHED = [each.name for each in published.list_offered() if each.name.endswith
 @pytest.mark.parametrize("name", quick([*POLISHED, "gold-brushed", "copper-satin", "iron-rough"], "gold-polished"))
 def test_an_exact_metal_has_no_dark_pixels_and_in_a_white_room_its_own_colour(blender, extension, name):
     """A sphere under an even sky shows the directional albedo, whose middle is that at normal incidence."""
-    scene = black_scene(32, 32, 256, span=2)
+    scene = black_scene(32, 32, 1024, span=2)    # of 256, a pixel of brushed gold is 1.104
     scene.cycles.max_bounces = 0
     background(scene, 1)
     add_sphere()
